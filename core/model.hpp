@@ -1,0 +1,179 @@
+// What the user says: bodies, joints, forces, markers. Plain data, filled by the JSON reader
+// (core/reader.hpp) or directly in C++; checked by validate(); compiled by System.
+//
+// SI units throughout (m, kg, s, N, rad). Poses: position of the mass centre in the global frame,
+// Euler parameters body -> global. Velocities: global; angular velocities: body frame.
+#pragma once
+
+#include "core/time_function.hpp"
+#include "core/types.hpp"
+
+#include <array>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace gudgeon {
+
+struct Body {
+    std::string name;
+    double mass = 0;              // kg
+    Mat3 inertia = Mat3::Zero();  // kg m2, about the mass centre, body axes
+    Vec3 position = Vec3::Zero(); // m
+    Vec4 orientation{1, 0, 0, 0};
+    Vec3 velocity = Vec3::Zero();         // m/s, global
+    Vec3 angular_velocity = Vec3::Zero(); // rad/s, body frame
+    /// A fixed body has no unknowns: it is part of the ground and may have no mass.
+    bool fixed = false;
+    /// Coordinates kept while the start is assembled: x y z (global), rx ry rz (about body axes),
+    /// vx vy vz (global), wx wy wz (body axes).
+    std::vector<std::string> hold;
+};
+
+enum class JointKind {
+    rigid,
+    revolute,
+    translation,
+    cylindrical,
+    spherical,
+    universal,
+    planar,
+    point_on_axis,
+    distance,
+};
+
+enum class Fidelity { perfect, bushing };
+
+/// Six-component elastic law between the joint frames: three translations, three rotations
+/// (components of the rotation vector), in the joint frame (h, t, b) or, with global_axes, along
+/// axes parallel to the global ones in the pose as given (fixed in a).
+struct Bushing {
+    std::array<double, 6> stiffness{}; // N/m, N m/rad; ignored on axes with a table
+    std::array<double, 6> damping{};   // N s/m, N m s/rad
+    std::array<double, 6> preload{};   // N, N m: restoring force at zero displacement
+    std::array<Table, 6> tables;       // restoring force against displacement, replaces the stiffness
+    bool global_axes = false;
+};
+
+struct Joint {
+    std::string name;
+    JointKind kind = JointKind::rigid;
+    std::array<std::string, 2> bodies{"ground",
+                                      "ground"}; // a, b: coordinates are the motion of b relative to a
+
+    /// Geometry: points and axes of both sides. In the global frame in the pose as given (then both
+    /// axes are usually the same vector), or, with body_frame, each in the frame of its body.
+    bool body_frame = false;
+    std::array<Vec3, 2> points{Vec3::Zero(), Vec3::Zero()};
+    /// Joint axis b of each side; absent: the joint frame is parallel to the global frame.
+    /// Universal: axes[0] is fixed in a, axes[1] is the second axis, fixed in b.
+    std::optional<std::array<Vec3, 2>> axes;
+    /// First transverse direction h of each side (projected normal to the axis); absent: chosen by
+    /// joint_triad() for a, and parallel to it in the pose as given for b.
+    std::optional<std::array<Vec3, 2>> references;
+    std::optional<double> length; // distance joint, m; absent: the distance of the points as given
+
+    Fidelity fidelity = Fidelity::perfect;
+    std::optional<Bushing> bushing; // required when fidelity is bushing
+    /// Driven coordinates: name of a free coordinate (angle, slide, u, v, angle1, angle2) -> function.
+    std::map<std::string, TimeFunction> drives;
+};
+
+/// Force along the line between two points: tension = k (l - l0) + c l' + actuator(t). A table
+/// (force against elongation l - l0) replaces k. Either a free length or the tension at the start.
+struct SpringDamper {
+    std::string name;
+    std::array<std::string, 2> bodies{"ground", "ground"};
+    bool body_frame = false;
+    std::array<Vec3, 2> points{Vec3::Zero(), Vec3::Zero()};
+    double stiffness = 0;                 // N/m
+    double damping = 0;                   // N s/m
+    std::optional<double> free_length;    // m; absent: the length as given
+    std::optional<double> preload;        // N, tension in the pose as given (instead of free_length)
+    Table table;                          // tension against elongation
+    std::optional<TimeFunction> actuator; // N, tension
+};
+
+/// Moment about the rotation coordinate of a joint: on b, -(k (q - q0) + c q').
+struct TorsionSpring {
+    std::string name;
+    std::string joint;
+    std::string coordinate = "angle"; // a rotation coordinate of that joint
+    double stiffness = 0;             // N m/rad
+    double damping = 0;               // N m s/rad
+    double free_angle = 0;            // rad
+    Table table;                      // restoring moment against q - q0, replaces k
+};
+
+/// Vertical spring-damper over a road: F_z = preload - k (z - z_ref - z_road) - c d/dt(z - z_road),
+/// on the body at the point; bilateral, no horizontal force. z_road = road(t) + profile(x).
+struct Tyre {
+    std::string name;
+    std::string body;
+    bool body_frame = false;
+    Vec3 point = Vec3::Zero();
+    double stiffness = 0;            // N/m
+    double damping = 0;              // N s/m
+    double preload = 0;              // N
+    std::optional<double> reference; // m, z_ref; absent: height of the point as given
+    std::optional<TimeFunction> road;
+    Table profile; // road height against the x coordinate of the point
+};
+
+/// Force or torque vector times a function of time (absent: constant 1).
+struct AppliedForce {
+    std::string name;
+    std::string body;
+    bool torque = false;     // vector in N m instead of N; no point
+    bool follows = false;    // the vector turns with the body ("axes": "body")
+    bool body_frame = false; // the point is given in the body frame
+    Vec3 point = Vec3::Zero();
+    Vec3 vector = Vec3::Zero();
+    std::optional<TimeFunction> time;
+};
+
+using Force = std::variant<SpringDamper, TorsionSpring, Tyre, AppliedForce>;
+
+/// Named point of a body as output.
+struct Marker {
+    std::string name;
+    std::string body;
+    bool body_frame = false;
+    Vec3 point = Vec3::Zero();
+};
+
+struct Model {
+    std::string name = "model";
+    std::string source; // file it came from, for messages; empty: built in C++
+    Vec3 gravity{0, 0, -9.81};
+    std::map<std::string, double> parameters; // as used, for the record
+    std::vector<Body> bodies;
+    std::vector<Joint> joints;
+    std::vector<Force> forces;
+    std::vector<Marker> markers;
+    std::optional<double> end;   // s, default end of a run
+    std::optional<double> every; // s, default output interval
+};
+
+/// Names of the free (measurable) coordinates of a joint kind with a fidelity, in output order.
+std::vector<std::string> joint_coordinates(JointKind kind, Fidelity fidelity);
+
+/// A model that is refused. pointer: JSON pointer into the model file ("/bodies/0/mass").
+class ModelError : public std::runtime_error {
+  public:
+    ModelError(std::string source, std::string pointer, std::string problem, std::string allowed);
+    const std::string& pointer() const { return pointer_; }
+    const std::string& problem() const { return problem_; }
+    const std::string& allowed() const { return allowed_; }
+
+  private:
+    std::string pointer_, problem_, allowed_;
+};
+
+/// Throws ModelError on the first thing no mechanism can have (see models/README.md for the list).
+void validate(const Model& model);
+
+} // namespace gudgeon
