@@ -35,16 +35,24 @@ struct SmoothStepFunction {
     double to = 1;
 };
 
-/// f = value + rate max(t - start, 0): a drive at constant speed.
+/// f = value + rate max(t - start, 0): a drive at constant speed. At t = start the rate is already there.
 struct RampFunction {
     double value = 0;
     double rate = 1;
     double start = 0;
 };
 
-/// Shape-preserving spline through (times, values); constant beyond the ends.
-struct TableFunction {
-    Table table;
+/// Shape-preserving spline through the points (x: times, y: values); constant beyond the ends, which it
+/// meets with zero rate. A table that is no curve gives zero and is refused by validate().
+class TableFunction {
+  public:
+    explicit TableFunction(Table table);
+    const Table& table() const { return table_; }
+    const Spline& spline() const { return spline_; }
+
+  private:
+    Table table_;
+    Spline spline_;
 };
 
 using TimeFunction =

@@ -1,0 +1,61 @@
+#include "core/joint_kinds.hpp"
+
+#include <algorithm>
+
+namespace gudgeon {
+
+namespace {
+
+constexpr std::array<JointKindInfo, 9> kinds{{
+    {JointKind::rigid, "rigid", false, {}},
+    {JointKind::revolute, "revolute", true, {"angle"}},
+    {JointKind::translation, "translation", true, {"slide"}},
+    {JointKind::cylindrical, "cylindrical", true, {"slide", "angle"}},
+    {JointKind::spherical, "spherical", false, {}},
+    {JointKind::universal, "universal", true, {"angle1", "angle2"}},
+    {JointKind::planar, "planar", true, {"u", "v", "angle"}},
+    {JointKind::point_on_axis, "point-on-axis", true, {"slide"}},
+    {JointKind::distance, "distance", false, {}},
+}};
+
+constexpr bool in_order() {
+    for (std::size_t i = 0; i < kinds.size(); ++i)
+        if (static_cast<std::size_t>(kinds[i].kind) != i)
+            return false;
+    return true;
+}
+static_assert(in_order(), "joint_kind() indexes the table by the enumerator");
+
+} // namespace
+
+std::span<const JointKindInfo> joint_kinds() { return kinds; }
+
+const JointKindInfo& joint_kind(JointKind kind) { return kinds[static_cast<std::size_t>(kind)]; }
+
+const JointKindInfo* find_joint_kind(std::string_view name) {
+    const auto* found = std::ranges::find(kinds, name, &JointKindInfo::name);
+    return found == kinds.end() ? nullptr : found;
+}
+
+std::vector<std::string> joint_coordinates(JointKind kind, Fidelity fidelity) {
+    if (fidelity == Fidelity::bushing || kind == JointKind::spherical)
+        return {"dx", "dy", "dz", "ax", "ay", "az"};
+    return driveable_coordinates(kind, fidelity);
+}
+
+std::vector<std::string> driveable_coordinates(JointKind kind, Fidelity fidelity) {
+    std::vector<std::string> names;
+    if (fidelity == Fidelity::perfect)
+        for (const std::string_view name : joint_kind(kind).driveable)
+            if (!name.empty())
+                names.emplace_back(name);
+    return names;
+}
+
+std::vector<std::string> rotation_coordinates(JointKind kind, Fidelity fidelity) {
+    auto names = driveable_coordinates(kind, fidelity);
+    std::erase_if(names, [](const std::string& name) { return !name.starts_with("angle"); });
+    return names;
+}
+
+} // namespace gudgeon
