@@ -14,7 +14,8 @@ install(CODE "
       file(READ \${from}/\${header} text)
       string(REGEX REPLACE \"#include \\\"((core|contact|solvers|models)/[^\\\"]+)\\\"\"
              \"#include <gudgeon/\\\\1>\" text \"\${text}\")
-      file(CONFIGURE OUTPUT \${to}/\${header} CONTENT \"@text@\" @ONLY)
+      message(STATUS \"Installing: \${to}/\${header}\")
+      file(WRITE \${to}/\${header} \"\${text}\")
       list(APPEND CMAKE_INSTALL_MANIFEST_FILES \${to}/\${header})
     endforeach()
   endforeach()
