@@ -4,7 +4,7 @@ set -eu
 cd "$(dirname "$0")/.."
 . cmake/packages.sh
 
-install_packages
+install_packages ""
 if [ -f build/release/CMakeCache.txt ]; then
     cmake --preset release
 else

@@ -1,5 +1,6 @@
 # Sourced by demo.sh and test.sh, from the top of the repository.
-# install_packages [test]: installs the Debian packages of cmake/packages.txt that are missing.
+# install_packages GROUP: installs the Debian packages of cmake/packages.txt that are missing, those
+# of the group (test, or "" for none) included.
 install_packages() {
     command -v dpkg-query >/dev/null || {
         echo "not a Debian system: the packages of cmake/packages.txt are taken for granted"
@@ -8,7 +9,7 @@ install_packages() {
     missing=
     while read -r package group; do
         case "$package" in '#'* | '') continue ;; esac
-        [ -z "$group" ] || [ "$group" = "${1-}" ] || continue
+        [ -z "$group" ] || [ "$group" = "$1" ] || continue
         dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' ||
             missing="$missing $package"
     done <cmake/packages.txt
