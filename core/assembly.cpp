@@ -1,0 +1,200 @@
+#include "core/assembly.hpp"
+
+namespace gudgeon {
+
+namespace {
+
+constexpr int parallel_bodies = 256; // below, one thread is quicker
+
+template <class F> void for_bodies(const System& system, int threads, F&& f) {
+    if (threads == 1 || system.moving < parallel_bodies) {
+        for (int i = 0; i < system.moving; ++i)
+            f(i);
+    } else {
+#pragma omp parallel for schedule(static) num_threads(threads)
+        for (int i = 0; i < system.moving; ++i)
+            f(i);
+    }
+}
+
+} // namespace
+
+State initial_state(const System& system) {
+    State s;
+    s.q.resize(system.positions());
+    s.u.resize(system.velocities());
+    s.lambda = VecX::Zero(system.row_count());
+    for (int i = 0; i < system.moving; ++i) {
+        const BodyMotion& m = system.start[i];
+        s.q.segment<3>(7 * i) = m.r;
+        s.q.segment<4>(7 * i + 3) = m.p;
+        s.u.segment<3>(6 * i) = m.v;
+        s.u.segment<3>(6 * i + 3) = m.w;
+    }
+    const auto angles = static_cast<Eigen::Index>(system.angles.size());
+    s.angles.value.resize(angles);
+    s.angles.rate = VecX::Zero(angles);
+    for (Eigen::Index i = 0; i < angles; ++i)
+        s.angles.value[i] = system.angles[i].start;
+    return s;
+}
+
+Workspace make_workspace(const System& system, int threads) {
+    Workspace ws;
+    ws.motion = system.start;
+    ws.f = VecX::Zero(system.velocities());
+    ws.external = VecX::Zero(system.velocities());
+    ws.phi = VecX::Zero(system.row_count());
+    ws.rate = VecX::Zero(system.row_count());
+    ws.rows.assign(12 * system.rows.size(), 0.0);
+    ws.lin.C.assign(9 * system.layout.block_row.size(), 0.0);
+    ws.lin.S.assign(9 * system.layout.block_row.size(), 0.0);
+    ws.lin.pairs = system.layout.pairs;
+    ws.angles = initial_state(system).angles;
+    ws.threads = threads;
+    return ws;
+}
+
+void set_motion(const System& system, const VecX& q, const VecX& u, Workspace& ws) {
+    for_bodies(system, ws.threads, [&](int i) {
+        BodyMotion& m = ws.motion[i];
+        m.r = q.segment<3>(7 * i);
+        m.p = q.segment<4>(7 * i + 3).normalized();
+        m.A = rotation(m.p);
+        m.v = u.segment<3>(6 * i);
+        m.w = u.segment<3>(6 * i + 3);
+    });
+}
+
+Evaluation evaluation(const System& system, const Workspace& ws, double t) {
+    return {t,           ws.motion.data(), system.moving, ws.angles.value.data(), ws.angles.rate.data(),
+            ws.angles.t, ws.threads};
+}
+
+void evaluate_forces(const System& system, double t, Workspace& ws) {
+    for_bodies(system, ws.threads, [&](int i) {
+        const Vec3& w = ws.motion[i].w;
+        const Vec3 gyroscopic = w.cross(system.inertia[i] * w);
+        ws.f.segment<3>(6 * i) = ws.external.segment<3>(6 * i) + system.mass[i] * system.gravity;
+        ws.f.segment<3>(6 * i + 3) = ws.external.segment<3>(6 * i + 3) - gyroscopic;
+    });
+    const Evaluation e = evaluation(system, ws, t);
+    for (const auto& batch : system.forces)
+        batch->add_forces(e, {ws.f.data(), system.moving});
+}
+
+void evaluate_constraints(const System& system, double t, const double* lambda, bool with_rows,
+                          Workspace& ws) {
+    const Evaluation e = evaluation(system, ws, t);
+    const ConstraintSink sink{ws.phi.data(),
+                              ws.rate.data(),
+                              with_rows ? ws.rows.data() : nullptr,
+                              lambda,
+                              {ws.f.data(), system.moving}};
+    for (const auto& batch : system.constraints)
+        batch->evaluate(e, sink);
+}
+
+void linearise(const System& system, double t, const double* lambda, Workspace& ws) {
+    std::fill(ws.lin.C.begin(), ws.lin.C.end(), 0.0);
+    std::fill(ws.lin.S.begin(), ws.lin.S.end(), 0.0);
+    const Evaluation e = evaluation(system, ws, t);
+    for_bodies(system, ws.threads, [&](int i) {
+        const Vec3& w = ws.motion[i].w;
+        const Mat3& j = system.inertia[i];
+        Linearisation::add(ws.lin.C, 4 * i + 3, skew(w) * j - skew(j * w));
+    });
+    for (const auto& batch : system.forces)
+        batch->add_linearisation(e, ws.lin);
+    ConstraintSink sink;
+    sink.rows = ws.rows.data();
+    for (const auto& batch : system.constraints) {
+        batch->evaluate(e, sink);
+        batch->add_geometric(e, lambda, ws.lin);
+    }
+}
+
+void mass_times(const System& system, const VecX& x, VecX& out) {
+    for (int i = 0; i < system.moving; ++i) {
+        out.segment<3>(6 * i) = system.mass[i] * x.segment<3>(6 * i);
+        out.segment<3>(6 * i + 3) = (system.inertia[i] * x.segment<3>(6 * i + 3)).eval();
+    }
+}
+
+void inverse_mass_times(const System& system, const VecX& x, VecX& out) {
+    for (int i = 0; i < system.moving; ++i) {
+        out.segment<3>(6 * i) = x.segment<3>(6 * i) / system.mass[i];
+        out.segment<3>(6 * i + 3) = (system.inverse_inertia[i] * x.segment<3>(6 * i + 3)).eval();
+    }
+}
+
+void add_transposed_rows(const System& system, const Workspace& ws, const VecX& x, double factor, VecX& out) {
+    for (int r = 0; r < system.row_count(); ++r) {
+        const RowRecord& row = system.rows[r];
+        const Eigen::Map<const Eigen::Matrix<double, 12, 1>> g(ws.rows.data() + 12 * std::size_t(r));
+        if (row.a < system.moving)
+            out.segment<6>(6 * row.a) += factor * x[r] * g.head<6>();
+        if (row.b < system.moving)
+            out.segment<6>(6 * row.b) += factor * x[r] * g.tail<6>();
+    }
+}
+
+void rows_times(const System& system, const Workspace& ws, const VecX& x, VecX& out) {
+    for (int r = 0; r < system.row_count(); ++r) {
+        const RowRecord& row = system.rows[r];
+        const Eigen::Map<const Eigen::Matrix<double, 12, 1>> g(ws.rows.data() + 12 * std::size_t(r));
+        out[r] = 0;
+        if (row.a < system.moving)
+            out[r] += g.head<6>().dot(x.segment<6>(6 * row.a));
+        if (row.b < system.moving)
+            out[r] += g.tail<6>().dot(x.segment<6>(6 * row.b));
+    }
+}
+
+void move(const System& system, const VecX& step, VecX& q) {
+    for (int i = 0; i < system.moving; ++i) {
+        q.segment<3>(7 * i) += step.segment<3>(6 * i);
+        q.segment<4>(7 * i + 3) = turned(q.segment<4>(7 * i + 3), step.segment<3>(6 * i + 3));
+    }
+}
+
+Energies energies(const System& system, double t, const double* lambda, const Workspace& ws) {
+    Energies sum;
+    for (int i = 0; i < system.moving; ++i) {
+        const BodyMotion& m = ws.motion[i];
+        sum.kinetic += 0.5 * (system.mass[i] * m.v.squaredNorm() + m.w.dot(system.inertia[i] * m.w));
+        sum.potential -= system.mass[i] * system.gravity.dot(m.r);
+        sum.input_power +=
+            ws.external.segment<3>(6 * i).dot(m.v) + ws.external.segment<3>(6 * i + 3).dot(m.w);
+    }
+    const Evaluation e = evaluation(system, ws, t);
+    for (const auto& batch : system.forces) {
+        const EnergyRates rates = batch->energies(e);
+        sum.elastic += rates.elastic;
+        sum.dissipated_power += rates.dissipated_power;
+        sum.input_power += rates.input_power;
+    }
+    if (!lambda)
+        return sum;
+    VecX drive = VecX::Zero(system.row_count());
+    for (const auto& batch : system.constraints)
+        batch->time_rate(e, drive.data());
+    for (int r = 0; r < system.row_count(); ++r)
+        sum.input_power += lambda[r] * drive[r];
+    return sum;
+}
+
+void update_angles(const System& system, double t, const Workspace& ws, AngleMemory& angles) {
+    for (std::size_t i = 0; i < system.angles.size(); ++i) {
+        const AngleRecord& x = system.angles[i];
+        const BodyMotion &a = ws.motion[x.a], &b = ws.motion[x.b];
+        const double rate = angle::gradient(a, b, x.frames).times(a, b)[0];
+        // the mean rate foresees the turn of a step better than either end
+        const double foreseen = angles.value[i] + 0.5 * (t - angles.t) * (angles.rate[i] + rate);
+        angles.value[i] = angle::value(a, b, x.frames, foreseen);
+        angles.rate[i] = rate;
+    }
+    angles.t = t;
+}
+
+} // namespace gudgeon

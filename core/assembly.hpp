@@ -1,0 +1,72 @@
+// Evaluation of a System at one instant: forces, constraints, their derivatives, energies.
+#pragma once
+
+#include "core/sparse.hpp"
+#include "core/state.hpp"
+
+#include <span>
+
+namespace gudgeon {
+
+/// Poses and velocities of all moving bodies into ws.motion. q need not be normalised.
+void set_motion(const System& system, const VecX& q, const VecX& u, Workspace& ws);
+
+Evaluation evaluation(const System& system, const Workspace& ws, double t);
+
+/// ws.f = applied, elastic, external, gravity and gyroscopic forces (without reactions).
+void evaluate_forces(const System& system, double t, Workspace& ws);
+
+/// ws.phi and ws.rate = G u + dPhi/dt; with lambda, ws.f -= G^T lambda; with_rows also ws.rows = G.
+void evaluate_constraints(const System& system, double t, const double* lambda, bool with_rows,
+                          Workspace& ws);
+
+/// ws.lin.C = -df/du, ws.lin.S = -df/dq + d(G^T lambda)/dq and ws.rows = G.
+void linearise(const System& system, double t, const double* lambda, Workspace& ws);
+
+/// out = M x, x and out 6 per moving body (may be the same vector).
+void mass_times(const System& system, const VecX& x, VecX& out);
+/// out = M^-1 x
+void inverse_mass_times(const System& system, const VecX& x, VecX& out);
+
+/// out += factor G^T x and out = G x from ws.rows.
+void add_transposed_rows(const System& system, const Workspace& ws, const VecX& x, double factor, VecX& out);
+void rows_times(const System& system, const Workspace& ws, const VecX& x, VecX& out);
+
+/// q moved along T(q): positions by dx, orientations turned by the body-frame vector dtheta.
+void move(const System& system, const VecX& step, VecX& q);
+
+struct Energies {
+    double kinetic = 0, potential = 0, elastic = 0;
+    double dissipated_power = 0, input_power = 0;
+    double mechanical() const { return kinetic + potential + elastic; }
+};
+/// Energies and powers at ws.motion; lambda gives the power of the drives. Potential energy is zero at
+/// the global origin's height.
+Energies energies(const System& system, double t, const double* lambda, const Workspace& ws);
+
+/// Current values of all angle measures, on the branch of the memory.
+void update_angles(const System& system, double t, const Workspace& ws, AngleMemory& angles);
+
+/// The saddle-point matrix K = [a M + C + s S, G^T; G, 0]: fixed pattern, values to known slots.
+class SaddleMatrix {
+  public:
+    explicit SaddleMatrix(const System& system);
+    const CscPattern& pattern() const { return pattern_; }
+    /// Every slot is written. Reads ws.lin and ws.rows.
+    void assemble(const System& system, const Workspace& ws, double a, double s,
+                  std::span<double> values) const;
+    /// a M only in the leading block (acceleration equations).
+    void assemble_mass(const System& system, const Workspace& ws, double a, std::span<double> values) const;
+
+  private:
+    void build_pattern(const System& system);
+    void place_rows(const System& system, std::span<const double> rows, int threads,
+                    std::span<double> values) const;
+
+    CscPattern pattern_;
+    std::vector<int> block_slot_;    // three per block: slot of its first row in each column, -1: inactive
+    std::vector<int> mass_slot_;     // three per body: diagonal of the translation block
+    std::vector<int> lower_, upper_; // twelve per row: slots of G and G^T, -1: none
+};
+
+} // namespace gudgeon

@@ -1,0 +1,87 @@
+// Turns a force kernel into a batch. A kernel is a struct with
+//   Element          with members a, b (bodies), pair (int, filled here), joint (int, -1: none)
+//   coupling         which blocks it can fill
+//   wrench           (Evaluation, Element) -> PairWrench
+//   linearise        (Evaluation, Element, BlockMatrix& C, BlockMatrix& S): adds -d/du and -d/dq
+//   energies         (Evaluation, Element) -> EnergyRates
+#pragma once
+
+#include "core/batch.hpp"
+#include "core/block_layout.hpp"
+
+#include <utility>
+
+namespace gudgeon {
+
+template <class Kernel> class ForceBatchOf final : public ForceBatch {
+  public:
+    using Element = typename Kernel::Element;
+
+    void add(Element element) { elements_.items().push_back(std::move(element)); }
+    const std::vector<Element>& elements() const { return elements_.items(); }
+
+    const char* kind() const override { return Kernel::name; }
+    int size() const override { return static_cast<int>(elements_.items().size()); }
+
+    void finish(BlockLayoutBuilder& layout) override {
+        elements_.colour(layout.moving());
+        for (Element& x : elements_.items())
+            x.pair = layout.pair(x.a, x.b, Kernel::coupling);
+    }
+
+    void add_forces(const Evaluation& e, ForceSink f) const override {
+        elements_.for_each(e.threads, [&](const Element& x) {
+            const PairWrench w = Kernel::wrench(e, x);
+            f.add(x.a, w.force_a, w.moment_a);
+            f.add(x.b, w.force_b, w.moment_b);
+        });
+    }
+
+    void add_linearisation(const Evaluation& e, Linearisation& lin) const override {
+        elements_.for_each(e.threads, [&](const Element& x) {
+            BlockMatrix c, s;
+            c.set_zero();
+            s.set_zero();
+            Kernel::linearise(e, x, c, s);
+            lin.add(lin.C, x.pair, Kernel::coupling, c);
+            lin.add(lin.S, x.pair, Kernel::coupling, s);
+        });
+    }
+
+    EnergyRates energies(const Evaluation& e) const override {
+        EnergyRates sum;
+        for (const Element& x : elements_.items())
+            sum += Kernel::energies(e, x);
+        return sum;
+    }
+
+    void add_joint_wrenches(const Evaluation& e, std::span<Wrench> wrenches) const override {
+        for (const Element& x : elements_.items()) {
+            if (x.joint < 0)
+                continue;
+            const PairWrench w = Kernel::wrench(e, x);
+            wrenches[x.joint].force += w.force_b;
+            wrenches[x.joint].moment += w.moment_b;
+        }
+    }
+
+  private:
+    ColouredElements<Element> elements_;
+};
+
+/// -B^T g on the two bodies: the wrench of a force g conjugate to a measure with gradient B.
+template <int R> PairWrench conjugate_wrench(const Gradient<R>& b, const Eigen::Matrix<double, R, 1>& g) {
+    return {-(b.ra.transpose() * g), -(b.ta.transpose() * g), -(b.rb.transpose() * g),
+            -(b.tb.transpose() * g)};
+}
+
+/// out += left^T N right over all parts.
+template <int R>
+void add_product(const Gradient<R>& left, const Eigen::Matrix<double, R, R>& n, const Gradient<R>& right,
+                 BlockMatrix& out) {
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j)
+            out.block[i][j] += left.part(i).transpose() * (n * right.part(j));
+}
+
+} // namespace gudgeon

@@ -1,0 +1,154 @@
+// Pattern and slots of the saddle-point matrix.
+
+#include "core/assembly.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace gudgeon {
+
+namespace {
+
+// Entries of a CSR list: items of group g are item[start[g] .. start[g+1]).
+struct Groups {
+    std::vector<int> start, item;
+};
+
+template <class GroupOf> Groups group(int groups, int items, GroupOf&& group_of) {
+    Groups g;
+    g.start.assign(groups + 1, 0);
+    for (int i = 0; i < items; ++i)
+        if (const int k = group_of(i); k >= 0)
+            ++g.start[k + 1];
+    for (int k = 0; k < groups; ++k)
+        g.start[k + 1] += g.start[k];
+    g.item.resize(g.start.back());
+    std::vector<int> next(g.start.begin(), g.start.end() - 1);
+    for (int i = 0; i < items; ++i)
+        if (const int k = group_of(i); k >= 0)
+            g.item[next[k]++] = i;
+    return g;
+}
+
+} // namespace
+
+SaddleMatrix::SaddleMatrix(const System& system) { build_pattern(system); }
+
+void SaddleMatrix::build_pattern(const System& system) {
+    const BlockLayout& layout = system.layout;
+    const int n = system.velocities(), m = system.row_count();
+    block_slot_.assign(3 * std::size_t(layout.blocks()), -1);
+    mass_slot_.assign(3 * std::size_t(system.moving), -1);
+    lower_.assign(12 * std::size_t(m), -1);
+    upper_.assign(12 * std::size_t(m), -1);
+    pattern_.rows = pattern_.cols = n + m;
+    pattern_.col_start.assign(1, 0);
+
+    Groups blocks = group(2 * system.moving, layout.blocks(), [&](int id) { return layout.block_col[id]; });
+    for (int c = 0; c < 2 * system.moving; ++c)
+        std::sort(blocks.item.begin() + blocks.start[c], blocks.item.begin() + blocks.start[c + 1],
+                  [&](int x, int y) { return layout.block_row[x] < layout.block_row[y]; });
+    // row sides: 2 r for a, 2 r + 1 for b
+    const Groups sides = group(system.moving, 2 * m, [&](int side) {
+        const RowRecord& row = system.rows[side / 2];
+        const int body = side % 2 ? row.b : row.a;
+        return body < system.moving ? body : -1;
+    });
+    const auto slot = [&] { return pattern_.nonzeros(); };
+    for (int col = 0; col < n; ++col) {
+        const int body = col / 6, part = col % 6 / 3, k = col % 3, block_col = 2 * body + part;
+        for (int i = blocks.start[block_col]; i < blocks.start[block_col + 1]; ++i) {
+            const int id = blocks.item[i], row = 3 * layout.block_row[id];
+            const bool mass_block = id == 4 * body && part == 0;
+            if (layout.active[id]) {
+                block_slot_[3 * std::size_t(id) + k] = slot();
+                if (mass_block)
+                    mass_slot_[3 * std::size_t(body) + k] = slot() + k;
+                for (int r = 0; r < 3; ++r)
+                    pattern_.row.push_back(row + r);
+            } else if (mass_block) {
+                mass_slot_[3 * std::size_t(body) + k] = slot();
+                pattern_.row.push_back(row + k);
+            }
+        }
+        for (int i = sides.start[body]; i < sides.start[body + 1]; ++i) {
+            const int r = sides.item[i] / 2, coefficient = 6 * (sides.item[i] % 2) + 3 * part + k;
+            if (!(system.rows[r].mask & (1u << coefficient)))
+                continue;
+            lower_[12 * std::size_t(r) + coefficient] = slot();
+            pattern_.row.push_back(n + r);
+        }
+        pattern_.col_start.push_back(slot());
+    }
+    for (int r = 0; r < m; ++r) {
+        const RowRecord& row = system.rows[r];
+        const int first = row.a < row.b ? 0 : 1;
+        for (const int side : {first, 1 - first}) {
+            const int body = side ? row.b : row.a;
+            if (body >= system.moving)
+                continue;
+            for (int k = 0; k < 6; ++k) {
+                if (!(row.mask & (1u << (6 * side + k))))
+                    continue;
+                upper_[12 * std::size_t(r) + 6 * side + k] = slot();
+                pattern_.row.push_back(6 * body + k);
+            }
+        }
+        pattern_.col_start.push_back(slot());
+    }
+}
+
+void SaddleMatrix::place_rows(const System& system, std::span<const double> rows, int threads,
+                              std::span<double> values) const {
+    const auto count = static_cast<std::ptrdiff_t>(12 * system.rows.size());
+#pragma omp parallel for schedule(static) num_threads(threads) if (threads > 1 && count > 8192)
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+        if (lower_[i] >= 0)
+            values[lower_[i]] = rows[i];
+        if (upper_[i] >= 0)
+            values[upper_[i]] = rows[i];
+    }
+}
+
+void SaddleMatrix::assemble(const System& system, const Workspace& ws, double a, double s,
+                            std::span<double> values) const {
+    const int blocks = system.layout.blocks();
+#pragma omp parallel for schedule(static) num_threads(ws.threads) if (ws.threads > 1 && blocks > 1024)
+    for (int id = 0; id < blocks; ++id) {
+        if (!system.layout.active[id])
+            continue;
+        const double* c = ws.lin.C.data() + 9 * std::size_t(id);
+        const double* k = ws.lin.S.data() + 9 * std::size_t(id);
+        for (int col = 0; col < 3; ++col) {
+            double* v = values.data() + block_slot_[3 * std::size_t(id) + col];
+            for (int row = 0; row < 3; ++row)
+                v[row] = c[3 * col + row] + s * k[3 * col + row];
+        }
+    }
+    for (int i = 0; i < system.moving; ++i) {
+        const bool full = system.layout.active[4 * std::size_t(i)];
+        for (int k = 0; k < 3; ++k) {
+            double& diagonal = values[mass_slot_[3 * std::size_t(i) + k]];
+            diagonal = (full ? diagonal : 0.0) + a * system.mass[i];
+            double* v = values.data() + block_slot_[3 * (4 * std::size_t(i) + 3) + k];
+            for (int row = 0; row < 3; ++row)
+                v[row] += a * system.inertia[i](row, k);
+        }
+    }
+    place_rows(system, ws.rows, ws.threads, values);
+}
+
+void SaddleMatrix::assemble_mass(const System& system, const Workspace& ws, double a,
+                                 std::span<double> values) const {
+    std::fill(values.begin(), values.end(), 0.0);
+    for (int i = 0; i < system.moving; ++i)
+        for (int k = 0; k < 3; ++k) {
+            values[mass_slot_[3 * std::size_t(i) + k]] = a * system.mass[i];
+            double* v = values.data() + block_slot_[3 * (4 * std::size_t(i) + 3) + k];
+            for (int row = 0; row < 3; ++row)
+                v[row] = a * system.inertia[i](row, k);
+        }
+    place_rows(system, ws.rows, ws.threads, values);
+}
+
+} // namespace gudgeon

@@ -1,0 +1,40 @@
+// State of a mechanism and the scratch arrays of an evaluation.
+#pragma once
+
+#include "core/system.hpp"
+
+namespace gudgeon {
+
+/// Unwrapped angles at the last accepted step; they choose the branch of every angle measure.
+struct AngleMemory {
+    VecX value, rate; // one per System::angles
+    double t = 0;
+};
+
+/// Everything that has to be saved to go on later.
+struct State {
+    double t = 0;
+    VecX q;      // 7 per moving body: position, Euler parameters
+    VecX u;      // 6 per moving body: velocity (global), angular velocity (body frame)
+    VecX lambda; // one per constraint row
+    AngleMemory angles;
+    double dissipated = 0; // J since the start
+    double input = 0;      // J since the start
+};
+
+/// Scratch of one evaluation; one per thread of use. All sizes are fixed by make_workspace().
+struct Workspace {
+    std::vector<BodyMotion> motion; // all bodies
+    VecX f;                         // generalised forces, 6 per moving body
+    VecX external;            // loads set from outside, 6 per moving body: force (global), moment (body)
+    VecX phi, rate;           // constraint residuals and G u + dPhi/dt
+    std::vector<double> rows; // G, 12 per row
+    Linearisation lin;
+    AngleMemory angles;
+    int threads = 1;
+};
+
+State initial_state(const System& system);
+Workspace make_workspace(const System& system, int threads = 1);
+
+} // namespace gudgeon
