@@ -325,6 +325,8 @@ TEST(Mechanisms, SuspensionChainHasTheHardpoints) {
     expect_joint("LO", "lower", "upright", {0, 0.75, 0.20}, upright);
     expect_joint("UI", "chassis", "upper", {-0.02, 0.45, 0.46}, upper);
     expect_joint("UO", "upper", "upright", {-0.02, 0.70, 0.48}, upright);
+    EXPECT_EQ(body_of(model, "chassis2").inertia.diagonal(), Vec3(40, 200, 220));
+    EXPECT_EQ(body_of(model, "chassis2").position, Vec3(-4, 0, 0.28));
     EXPECT_EQ(body_of(model, "lower2R").inertia.diagonal(), Vec3(0.06, 0.03, 0.08));
     EXPECT_EQ(body_of(model, "upper2R").inertia.diagonal(), Vec3(0.025, 0.02, 0.04));
     EXPECT_EQ(body_of(model, "upright2R").inertia.diagonal(), Vec3(0.8, 1.2, 0.8));
@@ -333,7 +335,13 @@ TEST(Mechanisms, SuspensionChainHasTheHardpoints) {
     EXPECT_EQ(tie.points[0], Vec3(-1.85, -0.42, 0.26));
     EXPECT_EQ(tie.points[1], Vec3(-1.85, -0.74, 0.25));
     EXPECT_NEAR(tie.free_length.value(), std::hypot(0.32, 0.01), 1e-16);
+    EXPECT_EQ(tie.stiffness, 2e7);
+    EXPECT_EQ(tie.damping, 1e3);
+    EXPECT_EQ(tie.bodies, (std::array<std::string, 2>{"chassis1", "upright1R"}));
     const auto& coil = force_of<SpringDamper>(model, "coil0L");
+    EXPECT_EQ(coil.stiffness, 3e4);
+    EXPECT_EQ(coil.damping, 3e3);
+    EXPECT_EQ(coil.bodies, (std::array<std::string, 2>{"chassis0", "lower0L"}));
     EXPECT_EQ(coil.points[0], Vec3(0, 0.50, 0.62));
     EXPECT_EQ(coil.points[1], Vec3(0, 0.62, 0.212));
     // Compressed by 3400 N at the start.
@@ -359,6 +367,9 @@ TEST(Mechanisms, SuspensionChainHasTheElements) {
     const auto& tyre = force_of<Tyre>(model, "tyre1L");
     EXPECT_DOUBLE_EQ(tyre.preload, 239 * 9.81);
     EXPECT_EQ(tyre.reference, 0.34);
+    EXPECT_EQ(tyre.stiffness, 2e5);
+    EXPECT_EQ(tyre.damping, 200);
+    EXPECT_EQ(tyre.point, body_of(model, "upright1L").position);
     const auto& road = std::get<HarmonicFunction>(tyre.road.value());
     for (const double t : {0.0, 0.1, 0.37})
         EXPECT_NEAR(road.offset + road.amplitude * std::sin(2 * pi * road.frequency * t + road.phase),
@@ -451,7 +462,11 @@ TEST(Mechanisms, HmmwvCornerIsTheVehiclesData) {
     EXPECT_EQ(body_of(model, "lower_arm").inertia.diagonal(), Vec3(0.4, 0.4, 0.8));
     EXPECT_EQ(body_of(model, "upper_arm").inertia.diagonal(), Vec3(0.03, 0.03, 0.06));
 
+    EXPECT_EQ(body_of(model, "upright").inertia.diagonal(), Vec3(0.1656, 0.1934, 0.04367));
+
     const Body& rod = body_of(model, "tie_rod");
+    EXPECT_EQ(rod.mass, 6);
+    EXPECT_EQ(rod.inertia.diagonal(), Vec3(0.5, 0.5, 0.05));
     const double length = Vec3(0.074, 0.373, -0.070).norm();
     expect_near(global_point(rod, {0, 0, -length / 2}), {-0.250, 0.448, 0.054}, 1e-15, "chassis end");
     expect_near(global_point(rod, {0, 0, length / 2}), {-0.176, 0.821, -0.016}, 1e-15, "upright end");
@@ -468,8 +483,13 @@ TEST(Mechanisms, HmmwvCornerIsTheVehiclesData) {
     EXPECT_EQ(damper.damping, 19015.5692);
     EXPECT_EQ(damper.stiffness, 0);
     EXPECT_EQ(damper.points[0], Vec3(0.104, 0.498, 0.323));
+    EXPECT_EQ(damper.points[1], Vec3(0.097, 0.543, -0.047));
     const auto& tyre = force_of<Tyre>(model, "tyre");
     EXPECT_EQ(tyre.preload, 5000);
+    EXPECT_EQ(tyre.stiffness, 3e5);
+    EXPECT_EQ(tyre.damping, 500);
+    EXPECT_EQ(tyre.body, "spindle");
+    EXPECT_EQ(tyre.point, body_of(model, "spindle").position);
     EXPECT_EQ(tyre.reference, -0.026);
     EXPECT_EQ(std::get<HarmonicFunction>(tyre.road.value()).frequency, 2);
     EXPECT_EQ(joint_of(build_mechanism("hmmwv-corner", {{"joints", "perfect"}}), "upper_hinge").fidelity,
