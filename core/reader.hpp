@@ -1,0 +1,28 @@
+// Model file (JSON, models/format.md) -> Model.
+#pragma once
+
+#include "core/model.hpp"
+
+#include <filesystem>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace gudgeon {
+
+/// A file that cannot be opened, read or written.
+class FileError : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+/// Reads and validates a model. overrides: values for parameters of the file ("--param").
+/// Throws FileError if the file cannot be read, ModelError for everything that is refused in it.
+Model read_model(const std::filesystem::path& file, const std::map<std::string, double>& overrides = {});
+
+/// The same for text; source names it in messages.
+Model parse_model(std::string_view text, std::string source,
+                  const std::map<std::string, double>& overrides = {});
+
+} // namespace gudgeon

@@ -1,0 +1,21 @@
+// Parts of the model file reader, one function per kind of entry.
+#pragma once
+
+#include "core/json_input.hpp"
+
+namespace gudgeon {
+
+Body read_body(const JsonInput& in);
+Joint read_joint(const JsonInput& in);
+Force read_force(const JsonInput& in);
+Marker read_marker(const JsonInput& in);
+TimeFunction read_time_function(const JsonInput& in);
+Table read_table(const JsonInput& in);
+
+/// "frame": "global" (default) or "body"; true for body.
+bool read_body_frame(const JsonInput& in);
+std::array<std::string, 2> read_body_pair(const JsonInput& in);
+/// "point" (of both sides; global only) or "points" (one per side).
+std::array<Vec3, 2> read_points(const JsonInput& in, bool body_frame);
+
+} // namespace gudgeon
