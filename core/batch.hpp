@@ -144,6 +144,8 @@ template <class Element> class ColouredElements {
     const std::vector<Element>& items() const { return items_; }
 
     void colour(int moving);
+    /// Colour c holds the items [starts[c], starts[c + 1]).
+    std::span<const int> colour_starts() const { return start_; }
 
     /// f(element) for all, colour by colour; parallel inside a colour.
     template <class F> void for_each(int threads, F&& f) const {

@@ -13,6 +13,13 @@
 
 namespace gudgeon {
 
+/// Common part of all force elements.
+struct ForceElement {
+    int a = 0, b = 0; // bodies
+    int pair = 0;     // blocks of the derivatives, filled by the batch
+    int joint = -1;   // joint whose reaction this is
+};
+
 template <class Kernel> class ForceBatchOf final : public ForceBatch {
   public:
     using Element = typename Kernel::Element;
@@ -82,6 +89,21 @@ void add_product(const Gradient<R>& left, const Eigen::Matrix<double, R, R>& n, 
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j)
             out.block[i][j] += left.part(i).transpose() * (n * right.part(j));
+}
+
+/// out += left^T right for measures of a difference of positions: ra = -rb on both sides.
+inline void add_difference_product(const Gradient<3>& left, const Gradient<3>& right, BlockMatrix& out) {
+    for (int i = 1; i < 4; ++i)
+        for (int j = 1; j < 4; ++j) {
+            const Mat3 m = left.part(i).transpose() * right.part(j);
+            out.block[i][j] += m;
+            if (i == 2)
+                out.block[0][j] -= m;
+            if (j == 2)
+                out.block[i][0] -= m;
+            if (i == 2 && j == 2)
+                out.block[0][0] += m;
+        }
 }
 
 } // namespace gudgeon

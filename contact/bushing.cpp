@@ -1,0 +1,224 @@
+#include "contact/bushing.hpp"
+
+#include <type_traits>
+
+namespace gudgeon {
+
+void TabulatedElasticity::evaluate(const Vec6& c, Vec6& force, Vec6* slope) const {
+    linear.evaluate(c, force, slope);
+    for (int i = 0; i < 6; ++i) {
+        if ((*tables)[i].empty())
+            continue;
+        const CurveValue v = (*tables)[i](c[i]);
+        force[i] += v.value;
+        if (slope)
+            (*slope)[i] += v.slope;
+    }
+}
+
+double TabulatedElasticity::energy(const Vec6& c) const {
+    double sum = linear.energy(c);
+    for (int i = 0; i < 6; ++i)
+        if (!(*tables)[i].empty())
+            sum += (*tables)[i](c[i]).integral;
+    return sum;
+}
+
+namespace {
+
+// Measures and rates of an element, in a's joint frame unless said otherwise.
+struct Measures {
+    Vec6 c, rate;
+    Mat3 axes;        // a's joint frame in the global frame
+    Vec3 lever;       // from a's mass centre to P_b
+    Gradient<3> turn; // of theta
+};
+
+template <class Element> Measures measure(const Evaluation& e, const Element& x) {
+    const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
+    Measures m;
+    m.axes.noalias() = a.A * x.axes_a;
+    const Vec3 p = point_position(b, x.sb) - a.r;
+    m.lever = m.axes.transpose() * p;
+    const Vec3 v = point_velocity(b, x.sb) - a.v - (a.A * a.w).cross(p);
+    const Vec3 theta = rotation_vector::value(a, b, x.qa, x.qb);
+    m.turn = rotation_vector::gradient(theta, x.axes_a, x.axes_b);
+    m.c << m.lever - x.axes_a.transpose() * x.sa, theta;
+    m.rate << m.axes.transpose() * v, m.turn.ta * a.w + m.turn.tb * b.w;
+    return m;
+}
+
+template <class Element> Vec6 force_of(const Element& x, const Measures& m, Vec6* slope) {
+    Vec6 g;
+    x.elasticity.evaluate(m.c, g, slope);
+    return g + x.damping.cwiseProduct(m.rate);
+}
+
+Gradient<3> weighted(const Vec3& weight, const Gradient<3>& g) {
+    Gradient<3> out;
+    out.ra = weight.asDiagonal() * g.ra;
+    out.ta = weight.asDiagonal() * g.ta;
+    out.rb = weight.asDiagonal() * g.rb;
+    out.tb = weight.asDiagonal() * g.tb;
+    return out;
+}
+
+// stiffness B + damping D
+Gradient<3> restoring(const Vec3& stiffness, const Gradient<3>& b, const Vec3& damping,
+                      const Gradient<3>& d) {
+    Gradient<3> out = weighted(stiffness, b);
+    const Gradient<3> rate = weighted(damping, d);
+    out.ra += rate.ra;
+    out.ta += rate.ta;
+    out.rb += rate.rb;
+    out.tb += rate.tb;
+    return out;
+}
+
+// The three displacements (displacement:: in relative_motion.hpp, rows for the axes of the joint frame).
+struct Shift {
+    Gradient<3> gradient, rate_gradient;
+};
+
+template <class Element> Shift shift(const Evaluation& e, const Element& x, const Measures& m) {
+    const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
+    const Mat3 axes_a = x.axes_a.transpose(), to_joint = m.axes.transpose(), b_to_joint = to_joint * b.A;
+    Shift s;
+    s.gradient.ra = -to_joint;
+    s.gradient.ta = skew(m.lever) * axes_a;
+    s.gradient.rb = to_joint;
+    s.gradient.tb = -b_to_joint * skew(x.sb);
+
+    const Mat3 turning = -skew(axes_a * a.w); // of the axes as seen from a point at rest
+    const Vec3 relative = to_joint * (point_velocity(b, x.sb) - a.v);
+    s.rate_gradient.ra = -turning * to_joint;
+    s.rate_gradient.ta = (skew(relative) - turning * skew(m.lever)) * axes_a;
+    s.rate_gradient.rb = turning * to_joint;
+    s.rate_gradient.tb = -turning * b_to_joint * skew(x.sb) - b_to_joint * skew(b.w.cross(x.sb));
+    return s;
+}
+
+// out += left^T right where only rotations take part.
+void add_rotation_product(const Gradient<3>& left, const Gradient<3>& right, BlockMatrix& out) {
+    out.block[1][1] += left.ta.transpose() * right.ta;
+    out.block[1][3] += left.ta.transpose() * right.tb;
+    out.block[3][1] += left.tb.transpose() * right.ta;
+    out.block[3][3] += left.tb.transpose() * right.tb;
+}
+
+} // namespace
+
+template <class Elasticity>
+PairWrench BushingKernel<Elasticity>::wrench(const Evaluation& e, const Element& x) {
+    const Measures m = measure(e, x);
+    const Vec6 g = force_of(x, m, nullptr);
+    const Vec3 push = g.head<3>(), twist = g.tail<3>();
+    PairWrench w;
+    w.force_a = m.axes * push;
+    w.force_b = -w.force_a;
+    w.moment_a = x.axes_a * m.lever.cross(push) - m.turn.ta.transpose() * twist;
+    w.moment_b = (e.body[x.b].A.transpose() * w.force_a).cross(x.sb) - m.turn.tb.transpose() * twist;
+    return w;
+}
+
+// C = B^T damping B, S = B^T (slope B + damping D) + geometric stiffness, for the displacements and for
+// the rotation vector.
+template <class Elasticity>
+void BushingKernel<Elasticity>::linearise(const Evaluation& e, const Element& x, BlockMatrix& c,
+                                          BlockMatrix& s) {
+    const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
+    const Measures m = measure(e, x);
+    Vec6 slope;
+    const Vec6 g = force_of(x, m, &slope);
+
+    const Shift d = shift(e, x, m);
+    const Vec3 d_damping = x.damping.template head<3>(), d_slope = slope.head<3>();
+    add_difference_product(d.gradient, weighted(d_damping, d.gradient), c);
+    add_difference_product(d.gradient, restoring(d_slope, d.gradient, d_damping, d.rate_gradient), s);
+    displacement::add_geometric(a, b, x.sa, x.sb, x.axes_a * g.head<3>(), s);
+
+    const Vec3 theta = m.c.tail<3>(), damping = x.damping.template tail<3>(), t_slope = slope.tail<3>();
+    const Gradient<3> turn_rate = rotation_vector::rate_gradient(a, b, theta, x.axes_a, x.axes_b, m.turn);
+    add_rotation_product(m.turn, weighted(damping, m.turn), c);
+    add_rotation_product(m.turn, restoring(t_slope, m.turn, damping, turn_rate), s);
+    rotation_vector::add_geometric(theta, x.axes_a, x.axes_b, m.turn, g.tail<3>(), s);
+}
+
+template <class Elasticity>
+EnergyRates BushingKernel<Elasticity>::energies(const Evaluation& e, const Element& x) {
+    const Measures m = measure(e, x);
+    return {x.elasticity.energy(m.c), x.damping.dot(m.rate.cwiseAbs2()), 0};
+}
+
+template struct BushingKernel<LinearElasticity>;
+template struct BushingKernel<TabulatedElasticity>;
+
+namespace {
+
+bool has_table(const Bushing& bushing) {
+    for (const Table& table : bushing.tables)
+        if (!table.empty())
+            return true;
+    return false;
+}
+
+LinearElasticity linear_part(const Bushing& bushing) {
+    LinearElasticity out;
+    for (int i = 0; i < 6; ++i) {
+        out.preload[i] = bushing.preload[i];
+        out.stiffness[i] = bushing.tables[i].empty() ? bushing.stiffness[i] : 0;
+    }
+    return out;
+}
+
+Vec4 euler_parameters(const Mat3& axes) {
+    const Eigen::Quaterniond q(axes);
+    return {q.w(), q.x(), q.y(), q.z()};
+}
+
+template <class Element> void place(const CompileContext& context, int joint, bool global_axes, Element& x) {
+    const JointRecord& record = context.system.joints[joint];
+    x.joint = joint;
+    x.a = record.a.body;
+    x.b = record.b.body;
+    x.sa = record.a.point;
+    x.sb = record.b.point;
+    x.axes_a = global_axes ? Mat3(context.system.start[x.a].A.transpose()) : record.a.axes;
+    x.axes_b = global_axes ? Mat3(context.system.start[x.b].A.transpose()) : record.b.axes;
+    x.qa = euler_parameters(x.axes_a);
+    x.qb = euler_parameters(x.axes_b);
+}
+
+template <class Elasticity> std::unique_ptr<ForceBatch> build(const CompileContext& context) {
+    constexpr bool tabulated = std::is_same_v<Elasticity, TabulatedElasticity>;
+    auto batch = std::make_unique<ForceBatchOf<BushingKernel<Elasticity>>>();
+    for (std::size_t j = 0; j < context.model.joints.size(); ++j) {
+        const Joint& joint = context.model.joints[j];
+        if (joint.fidelity != Fidelity::bushing || has_table(*joint.bushing) != tabulated)
+            continue;
+        typename BushingKernel<Elasticity>::Element x;
+        place(context, context.joint(joint.name), joint.bushing->global_axes, x);
+        x.damping = Vec6(joint.bushing->damping.data());
+        if constexpr (tabulated) {
+            std::array<Spline, 6> tables;
+            for (int i = 0; i < 6; ++i)
+                if (!joint.bushing->tables[i].empty())
+                    tables[i] = Spline(joint.bushing->tables[i], Spline::Ends::linear);
+            x.elasticity = {linear_part(*joint.bushing),
+                            std::make_shared<const std::array<Spline, 6>>(std::move(tables))};
+        } else {
+            x.elasticity = linear_part(*joint.bushing);
+        }
+        batch->add(std::move(x));
+    }
+    if (batch->size() == 0)
+        return nullptr;
+    return batch;
+}
+
+} // namespace
+
+ForceBatchBuilder bushing_builder() { return build<LinearElasticity>; }
+ForceBatchBuilder tabulated_bushing_builder() { return build<TabulatedElasticity>; }
+
+} // namespace gudgeon
