@@ -12,6 +12,7 @@ namespace gudgeon {
 struct DenseSolver::Impl {
     CscPattern pattern;
     Equilibration scaling;
+    Eigen::MatrixXd scaled;
     Eigen::FullPivLU<Eigen::MatrixXd> lu;
     bool factored = false;
     LinearSolverCounts counts;
@@ -46,12 +47,12 @@ FactorStatus DenseSolver::factor(std::span<const double> values) {
     impl_->scaling.compute(values);
     const auto& row = impl_->scaling.row();
     const auto& col = impl_->scaling.col();
-    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(a.rows, a.cols);
+    impl_->scaled.setZero(a.rows, a.cols);
     for (int j = 0; j < a.cols; ++j)
         for (int p = a.col_start[j]; p < a.col_start[j + 1]; ++p)
-            dense(a.row[p], j) = row[a.row[p]] * values[p] * col[j];
+            impl_->scaled(a.row[p], j) = row[a.row[p]] * values[p] * col[j];
     impl_->lu.setThreshold(1e-14 * a.cols);
-    impl_->lu.compute(dense);
+    impl_->lu.compute(impl_->scaled);
     if (impl_->lu.rank() == a.cols)
         return {};
     impl_->factored = false;
@@ -71,7 +72,9 @@ void DenseSolver::solve(std::span<double> rhs, int columns) {
         col(impl_->scaling.col().data(), n);
     Eigen::Map<Eigen::MatrixXd> x(rhs.data(), n, columns);
     const Eigen::MatrixXd scaled = row.asDiagonal() * x;
-    x = col.asDiagonal() * impl_->lu.solve(scaled);
+    Eigen::MatrixXd y = impl_->lu.solve(scaled);
+    y += impl_->lu.solve(scaled - impl_->scaled * y).eval(); // one refinement
+    x = col.asDiagonal() * y;
 }
 
 const LinearSolverCounts& DenseSolver::counts() const { return impl_->counts; }

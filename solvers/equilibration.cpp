@@ -35,14 +35,19 @@ void Equilibration::reset_maxima() {
     std::fill(col_max_.begin(), col_max_.end(), no_entry);
 }
 
+/// No diagonal entry, or one as small and negative as a regularised saddle point has it: measured by
+/// a_ij a_ji / a_jj, which no choice of units changes.
 void Equilibration::find_multipliers(std::span<const double> values) {
     const int n = pattern_.cols;
+    const auto diagonal = [&](int i) { return diagonal_[i] < 0 ? 0.0 : values[diagonal_[i]]; };
     for (int j = 0; j < n; ++j) {
-        const double d = diagonal_[j] < 0 ? 0.0 : std::abs(values[diagonal_[j]]);
-        double largest = 0;
+        const double own = diagonal(j);
+        multiplier_[j] = own == 0;
+        if (own >= 0)
+            continue;
         for (int p = pattern_.col_start[j]; p < pattern_.col_start[j + 1]; ++p)
-            largest = std::max(largest, std::abs(values[p]));
-        multiplier_[j] = d <= negligible_diagonal * largest;
+            if (const double other = diagonal(pattern_.row[p]); other > 0)
+                multiplier_[j] |= -own <= negligible_diagonal * values[p] / other * values[p];
     }
 }
 

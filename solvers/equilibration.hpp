@@ -12,7 +12,7 @@ namespace gudgeon {
 ///
 /// Made for saddle-point matrices [A G^T; G 0]. Unknowns with a diagonal entry are scaled first, among
 /// themselves, to a largest entry near one (Ruiz 2001, square roots of row and column maxima, a few
-/// sweeps); then the multipliers (no diagonal entry, or a negligible one) so that the largest entry of G
+/// sweeps); then the multipliers (no diagonal entry, or a small negative one) so that the largest entry of G
 /// is near one in each of their rows. So a light body between stiff constraints keeps a pivot of order one on
 /// the diagonal. A matrix of symmetric magnitudes is scaled symmetrically.
 class Equilibration {

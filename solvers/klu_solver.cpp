@@ -18,7 +18,7 @@ namespace {
 
 constexpr double round_off = std::numeric_limits<double>::epsilon();
 constexpr double refined_enough = 8 * round_off; // backward error that needs no correction
-constexpr double suspicious_pivot = 1e-5;        // of its column: worth the exact test for cancellation
+constexpr double suspicious_pivot = 1e-9;        // share of its column: worth a condition number
 constexpr double hopeless_backward_error = 1e-5; // one refinement does not repair this: choose new pivots
 
 /// Column k of L or U inside KLU's packed storage: len indices, padded to whole doubles, then len values.
@@ -75,7 +75,7 @@ struct KluSolver::Impl {
     bool choose_pivots();
     bool factor_fully();
     bool pivots_serve();
-    bool cancelled(int k) const;
+    bool nearly_singular();
     void reserve_columns(int columns);
     double form_residual(int column);
     void solve_scaled(std::vector<double>& x, int columns);
@@ -164,12 +164,13 @@ bool KluSolver::Impl::factor_fully() {
     return good;
 }
 
-/// Measures the growth of every column and looks for pivots that are nothing but round-off.
+/// Measures the growth of every column and the smallest pivot; false if there is no usable one somewhere.
 bool KluSolver::Impl::pivots_serve() {
     const int n = pattern.cols;
     const double* storage = static_cast<const double*>(numeric->LUbx[0]);
     const double* pivot = static_cast<const double*>(numeric->Udiag);
     growth = 0;
+    double smallest = 1;
     for (int k = 0; k < n; ++k) {
         const int q = symbolic->Q[k];
         double in_a = 0;
@@ -180,29 +181,22 @@ bool KluSolver::Impl::pivots_serve() {
         for (int p = 0; p < u.size; ++p)
             in_u = std::max(in_u, std::abs(u.value[p]));
         growth = std::max(growth, in_u / in_a);
-        const bool small = !(std::abs(pivot[k]) > suspicious_pivot * std::max(in_u, in_a));
-        if (small && cancelled(k)) {
+        if (const double share = std::abs(pivot[k]) / std::max(in_u, in_a); !(share >= smallest)) {
+            smallest = share;
             bad_column = q;
-            return false;
         }
     }
+    if (!(smallest > suspicious_pivot) && nearly_singular())
+        return false;
     counts.worst_growth = std::max(counts.worst_growth, growth);
     return std::isfinite(growth);
 }
 
-/// Pivot k is a difference of terms so much larger that nothing of it is left but their rounding.
-bool KluSolver::Impl::cancelled(int k) const {
-    const double* storage = static_cast<const double*>(numeric->LUbx[0]);
-    const double pivot = std::abs(static_cast<const double*>(numeric->Udiag)[k]);
-    const FactorColumn u = factor_column(storage, numeric->Uip, numeric->Ulen, k);
-    double terms = 0;
-    for (int p = 0; p < u.size; ++p) {
-        const FactorColumn l = factor_column(storage, numeric->Lip, numeric->Llen, u.index[p]);
-        const int* hit = std::find(l.index, l.index + l.size, k);
-        if (hit != l.index + l.size)
-            terms += std::abs(l.value[hit - l.index] * u.value[p]);
-    }
-    return !(pivot > options.singular_tolerance * terms);
+/// Settled by the condition number of the scaled matrix (Hager 1984): a small pivot alone may be stiffness.
+bool KluSolver::Impl::nearly_singular() {
+    if (!klu_condest(pattern.col_start.data(), scaled.data(), symbolic, numeric, &common))
+        return true;
+    return !(common.condest < options.largest_condition);
 }
 
 void KluSolver::Impl::reserve_columns(int columns) {

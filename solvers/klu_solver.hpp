@@ -17,8 +17,9 @@ struct KluOptions {
     /// A refactorisation whose pivots grow beyond this (and beyond 10 times the growth of the last full
     /// factorisation) is thrown away for a full one. Refinement repairs about growth * 1e-16.
     double largest_growth = 1e7;
-    /// A pivot below this share of the terms it is the difference of counts as zero.
-    double singular_tolerance = 1e-13;
+    /// A matrix with a suspiciously small pivot is singular if the condition number (1-norm, equilibrated,
+    /// estimated) exceeds this: fewer than two digits of a solution would be right.
+    double largest_condition = 4e13;
 };
 
 /// For [A G^T; G 0], symmetric pattern or not. No block triangular form, no scaling inside KLU: the matrix

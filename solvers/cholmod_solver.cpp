@@ -1,0 +1,288 @@
+#include "solvers/cholmod_solver.hpp"
+
+#include "solvers/saddle_ordering.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <stdexcept>
+#include <vector>
+
+#include <cholmod.h>
+
+namespace gudgeon {
+
+namespace {
+constexpr double smallest_pivot = 1e-13; // of the largest, after scaling the diagonal to one
+}
+
+struct NormalSolver::Impl {
+    cholmod_common common{};
+    cholmod_factor* factor = nullptr;
+    cholmod_dense* x = nullptr;
+    cholmod_dense* y = nullptr; // workspace of the triangular solves, kept between calls
+    cholmod_dense* e = nullptr;
+    CscPattern b;
+    std::vector<int> perm;    // perm[k]: row of B eliminated k-th
+    std::vector<int> inverse; // of perm
+    CscPattern normal;        // upper triangle of P N P^T
+    std::vector<double> values;
+    std::vector<int> slot; // of each product of two entries of one column of B, in order
+    std::vector<double> scale, rhs;
+    bool analysed = false;
+    bool factored = false;
+    LinearSolverCounts counts;
+
+    Impl();
+    ~Impl();
+    void release();
+    void order_rows();
+    void find_slots();
+    void assemble(std::span<const double> b_values, double beta);
+    void scale_diagonal();
+    int bad_pivot() const;
+    cholmod_sparse view();
+};
+
+NormalSolver::Impl::Impl() {
+    cholmod_start(&common);
+    common.print = 0;
+    common.nmethods = 1; // the rows are ordered before CHOLMOD sees them
+    common.method[0].ordering = CHOLMOD_NATURAL;
+    common.postorder = 0;
+    common.final_ll = 0;
+    common.quick_return_if_not_posdef = 1;
+#ifdef GUDGEON_GPL_CHOLMOD
+    common.supernodal = CHOLMOD_AUTO;
+#else
+    common.supernodal = CHOLMOD_SIMPLICIAL;
+#endif
+}
+
+NormalSolver::Impl::~Impl() {
+    release();
+    cholmod_finish(&common);
+}
+
+void NormalSolver::Impl::release() {
+    cholmod_free_factor(&factor, &common);
+    cholmod_free_dense(&x, &common);
+    cholmod_free_dense(&y, &common);
+    cholmod_free_dense(&e, &common);
+}
+
+/// Row pairs of one column of B, in a fixed order: the diagonal ones too.
+template <class Visit> void visit_products(const CscPattern& b, Visit visit) {
+    for (int j = 0; j < b.cols; ++j)
+        for (int p = b.col_start[j]; p < b.col_start[j + 1]; ++p)
+            for (int q = p; q < b.col_start[j + 1]; ++q)
+                visit(p, q);
+}
+
+/// Pattern of both triangles of the m x m matrix, columns given as unsorted lists with repetitions.
+CscPattern compress(std::vector<std::vector<int>>& columns) {
+    CscPattern out;
+    out.rows = out.cols = static_cast<int>(columns.size());
+    out.col_start.push_back(0);
+    for (std::vector<int>& c : columns) {
+        std::sort(c.begin(), c.end());
+        c.erase(std::unique(c.begin(), c.end()), c.end());
+        out.row.insert(out.row.end(), c.begin(), c.end());
+        out.col_start.push_back(static_cast<int>(out.row.size()));
+    }
+    return out;
+}
+
+void NormalSolver::Impl::order_rows() {
+    const int m = b.rows;
+    std::vector<std::vector<int>> full(m);
+    visit_products(b, [&](int p, int q) {
+        full[b.row[p]].push_back(b.row[q]);
+        full[b.row[q]].push_back(b.row[p]);
+    });
+    perm = minimum_degree_ordering(compress(full));
+    inverse.resize(m);
+    for (int k = 0; k < m; ++k)
+        inverse[perm[k]] = k;
+    std::vector<std::vector<int>> upper(m);
+    for (int k = 0; k < m; ++k)
+        upper[k].push_back(k);
+    visit_products(b, [&](int p, int q) {
+        const int i = inverse[b.row[p]], k = inverse[b.row[q]];
+        upper[std::max(i, k)].push_back(std::min(i, k));
+    });
+    normal = compress(upper);
+}
+
+void NormalSolver::Impl::find_slots() {
+    slot.clear();
+    visit_products(b, [&](int p, int q) {
+        const int i = inverse[b.row[p]], k = inverse[b.row[q]];
+        const int col = std::max(i, k);
+        const auto begin = normal.row.begin() + normal.col_start[col];
+        const auto end = normal.row.begin() + normal.col_start[col + 1];
+        slot.push_back(static_cast<int>(std::lower_bound(begin, end, std::min(i, k)) - normal.row.begin()));
+    });
+}
+
+cholmod_sparse NormalSolver::Impl::view() {
+    cholmod_sparse a{};
+    a.nrow = a.ncol = b.rows;
+    a.nzmax = normal.row.size();
+    a.p = normal.col_start.data();
+    a.i = normal.row.data();
+    a.x = values.data();
+    a.stype = 1;
+    a.itype = CHOLMOD_INT;
+    a.xtype = CHOLMOD_REAL;
+    a.dtype = CHOLMOD_DOUBLE;
+    a.sorted = 1;
+    a.packed = 1;
+    return a;
+}
+
+void NormalSolver::Impl::assemble(std::span<const double> b_values, double beta) {
+    std::fill(values.begin(), values.end(), 0.0);
+    std::size_t k = 0;
+    visit_products(b, [&](int p, int q) { values[slot[k++]] += b_values[p] * b_values[q]; });
+    for (int c = 0; c < b.rows; ++c)
+        values[normal.col_start[c + 1] - 1] += beta; // the diagonal is the last entry of an upper column
+}
+
+void NormalSolver::Impl::scale_diagonal() {
+    for (int c = 0; c < b.rows; ++c) {
+        const double d = values[normal.col_start[c + 1] - 1];
+        scale[c] = d > 0 ? std::ldexp(1.0, -std::ilogb(d) / 2) : 1.0;
+    }
+    for (int c = 0; c < b.rows; ++c)
+        for (int p = normal.col_start[c]; p < normal.col_start[c + 1]; ++p)
+            values[p] *= scale[c] * scale[normal.row[p]];
+}
+
+/// First position whose pivot is missing or only round-off, -1 if all are good.
+int NormalSolver::Impl::bad_pivot() const {
+    const int m = b.rows;
+    if (static_cast<int>(factor->minor) < m)
+        return static_cast<int>(factor->minor);
+    const double* value = static_cast<const double*>(factor->x);
+    const int* start = static_cast<const int*>(factor->p);
+    if (!factor->is_super) {
+        double largest = 0;
+        for (int k = 0; k < m; ++k)
+            largest = std::max(largest, value[start[k]]);
+        for (int k = 0; k < m; ++k)
+            if (!(value[start[k]] > smallest_pivot * largest))
+                return k;
+        return -1;
+    }
+    const int* super = static_cast<const int*>(factor->super);
+    const int* rows = static_cast<const int*>(factor->pi);
+    const int* block = static_cast<const int*>(factor->px);
+    double largest = 0;
+    for (int pass = 0; pass < 2; ++pass)
+        for (int s = 0; s < static_cast<int>(factor->nsuper); ++s)
+            for (int k = super[s]; k < super[s + 1]; ++k) {
+                const std::ptrdiff_t step = rows[s + 1] - rows[s] + 1;
+                const double l = value[block[s] + (k - super[s]) * step];
+                if (pass == 0)
+                    largest = std::max(largest, l * l);
+                else if (!(l * l > smallest_pivot * largest))
+                    return k;
+            }
+    return -1;
+}
+
+NormalSolver::NormalSolver() : impl_(std::make_unique<Impl>()) {}
+NormalSolver::~NormalSolver() = default;
+
+void NormalSolver::analyse(const CscPattern& b) {
+    check_pattern(b);
+    Impl& s = *impl_;
+    s.release();
+    s.factored = false;
+    s.b = b;
+    s.order_rows();
+    s.find_slots();
+    s.values.assign(s.normal.nonzeros(), 0.0);
+    s.scale.assign(b.rows, 1.0);
+    s.rhs.assign(b.rows, 0.0);
+    if (b.rows > 0) {
+        cholmod_sparse view = s.view();
+        s.factor = cholmod_analyze(&view, &s.common);
+        if (!s.factor)
+            throw std::bad_alloc();
+    }
+    s.analysed = true;
+    ++s.counts.analyses;
+}
+
+FactorStatus NormalSolver::factor(std::span<const double> values, double beta) {
+    Impl& s = *impl_;
+    if (!s.analysed)
+        throw std::logic_error("factor before analyse");
+    if (std::ssize(values) != s.b.nonzeros())
+        throw std::invalid_argument("one value per pattern entry is needed");
+    const bool first = s.counts.factorisations == 0;
+    s.factored = false;
+    if (!std::isfinite(beta))
+        return {FactorStatus::Kind::non_finite, -1};
+    for (int j = 0; j < s.b.cols; ++j)
+        for (int p = s.b.col_start[j]; p < s.b.col_start[j + 1]; ++p)
+            if (!std::isfinite(values[p]))
+                return {FactorStatus::Kind::non_finite, j};
+    ++(first ? s.counts.factorisations : s.counts.refactorisations);
+    if (s.b.rows > 0) {
+        s.assemble(values, beta);
+        s.scale_diagonal();
+        cholmod_sparse view = s.view();
+        cholmod_factorize(&view, s.factor, &s.common);
+        if (s.common.status < CHOLMOD_OK)
+            throw std::bad_alloc();
+        if (const int k = s.bad_pivot(); k >= 0)
+            return {FactorStatus::Kind::singular, s.perm[k]};
+    }
+    s.factored = true;
+    return {};
+}
+
+void NormalSolver::solve(std::span<double> rhs) {
+    Impl& s = *impl_;
+    const int m = s.b.rows;
+    if (!s.factored)
+        throw std::logic_error("solve without factors");
+    if (std::ssize(rhs) != m)
+        throw std::invalid_argument("right-hand side of another size");
+    ++s.counts.solves;
+    if (m == 0)
+        return;
+    for (int k = 0; k < m; ++k)
+        s.rhs[k] = s.scale[k] * rhs[s.perm[k]];
+    cholmod_dense b{};
+    b.nrow = b.nzmax = b.d = m;
+    b.ncol = 1;
+    b.x = s.rhs.data();
+    b.xtype = CHOLMOD_REAL;
+    b.dtype = CHOLMOD_DOUBLE;
+    if (!cholmod_solve2(CHOLMOD_A, s.factor, &b, nullptr, &s.x, nullptr, &s.y, &s.e, &s.common))
+        throw std::bad_alloc();
+    const double* x = static_cast<const double*>(s.x->x);
+    for (int k = 0; k < m; ++k)
+        rhs[s.perm[k]] = s.scale[k] * x[k];
+}
+
+const LinearSolverCounts& NormalSolver::counts() const { return impl_->counts; }
+
+long NormalSolver::factor_nonzeros() const {
+    const cholmod_factor* l = impl_->factor;
+    if (!l || l->xtype == CHOLMOD_PATTERN)
+        return 0;
+    if (l->is_super)
+        return static_cast<long>(l->xsize);
+    long count = 0;
+    for (std::size_t k = 0; k < l->n; ++k)
+        count += static_cast<const int*>(l->nz)[k];
+    return count;
+}
+
+} // namespace gudgeon
