@@ -29,6 +29,8 @@ struct FactorColumn {
 };
 
 FactorColumn factor_column(const double* storage, const int* start, const int* length, int k) {
+    if (!storage) // a single unknown has a diagonal only
+        return {nullptr, nullptr, 0};
     const double* head = storage + start[k];
     const int size = length[k];
     const std::size_t padded = (sizeof(int) * size + sizeof(double) - 1) / sizeof(double);
