@@ -42,6 +42,8 @@ struct NormalSolver::Impl {
     void assemble(std::span<const double> b_values, double beta);
     void scale_diagonal();
     int bad_pivot() const;
+    void solve_permuted();
+    void solve_supernodal();
     cholmod_sparse view();
 };
 
@@ -193,6 +195,40 @@ int NormalSolver::Impl::bad_pivot() const {
     return -1;
 }
 
+/// Own loops over the simplicial factor: cholmod_solve2 allocates.
+void NormalSolver::Impl::solve_permuted() {
+    if (factor->is_super) {
+        solve_supernodal();
+        return;
+    }
+    const int m = b.rows;
+    const int* start = static_cast<const int*>(factor->p);
+    const int* size = static_cast<const int*>(factor->nz);
+    const int* row = static_cast<const int*>(factor->i);
+    const double* value = static_cast<const double*>(factor->x); // D(k,k) stands first in column k of L
+    for (int k = 0; k < m; ++k)
+        for (int p = start[k] + 1; p < start[k] + size[k]; ++p)
+            rhs[row[p]] -= value[p] * rhs[k];
+    for (int k = m - 1; k >= 0; --k) {
+        double x = rhs[k] / value[start[k]];
+        for (int p = start[k] + 1; p < start[k] + size[k]; ++p)
+            x -= value[p] * rhs[row[p]];
+        rhs[k] = x;
+    }
+}
+
+void NormalSolver::Impl::solve_supernodal() {
+    cholmod_dense right{};
+    right.nrow = right.nzmax = right.d = rhs.size();
+    right.ncol = 1;
+    right.x = rhs.data();
+    right.xtype = CHOLMOD_REAL;
+    right.dtype = CHOLMOD_DOUBLE;
+    if (!cholmod_solve2(CHOLMOD_A, factor, &right, nullptr, &x, nullptr, &y, &e, &common))
+        throw std::bad_alloc();
+    std::copy_n(static_cast<const double*>(x->x), rhs.size(), rhs.begin());
+}
+
 NormalSolver::NormalSolver() : impl_(std::make_unique<Impl>()) {}
 NormalSolver::~NormalSolver() = default;
 
@@ -258,17 +294,9 @@ void NormalSolver::solve(std::span<double> rhs) {
         return;
     for (int k = 0; k < m; ++k)
         s.rhs[k] = s.scale[k] * rhs[s.perm[k]];
-    cholmod_dense b{};
-    b.nrow = b.nzmax = b.d = m;
-    b.ncol = 1;
-    b.x = s.rhs.data();
-    b.xtype = CHOLMOD_REAL;
-    b.dtype = CHOLMOD_DOUBLE;
-    if (!cholmod_solve2(CHOLMOD_A, s.factor, &b, nullptr, &s.x, nullptr, &s.y, &s.e, &s.common))
-        throw std::bad_alloc();
-    const double* x = static_cast<const double*>(s.x->x);
+    s.solve_permuted();
     for (int k = 0; k < m; ++k)
-        rhs[s.perm[k]] = s.scale[k] * x[k];
+        rhs[s.perm[k]] = s.scale[k] * s.rhs[k];
 }
 
 const LinearSolverCounts& NormalSolver::counts() const { return impl_->counts; }

@@ -11,7 +11,8 @@ namespace gudgeon {
 /// mass matrix for projections in the mass norm, N then being G M^-1 G^T. Simplicial LDL^T, minimum degree
 /// ordering; with GUDGEON_GPL_CHOLMOD CHOLMOD may choose its supernodal factorisation.
 /// The pattern of N is formed once, and N is scaled by powers of two to a diagonal near one.
-/// After the first factor() and solve() neither allocates.
+/// After the first factor() and solve() neither allocates
+/// (simplicial).
 class NormalSolver {
   public:
     NormalSolver();
