@@ -11,7 +11,7 @@ namespace gudgeon {
 struct FactorStatus {
     enum class Kind { ok, singular, non_finite };
     Kind kind = Kind::ok;
-    /// singular: first unknown (column of A) without a pivot; non_finite: first column with a bad entry.
+    /// singular: an unknown (column of A) without a usable pivot; non_finite: first column with a bad entry.
     int column = -1;
     bool ok() const { return kind == Kind::ok; }
 };
