@@ -123,9 +123,6 @@ class Builder final : public nlohmann::json_sax<Json> {
 
     /// The word at the position if it is one of the numbers that JSON does not have.
     std::string non_number(std::size_t position) const {
-        const auto in_word = [](char c) {
-            return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '+';
-        };
         std::size_t first = std::min(position, text_.size());
         while (first > 0 && in_word(text_[first - 1]))
             --first;
@@ -144,7 +141,7 @@ class Builder final : public nlohmann::json_sax<Json> {
         if (std::ranges::all_of(text_, [](char c) { return std::isspace(static_cast<unsigned char>(c)); }))
             return "no JSON: the text is empty";
         const std::string_view read = text_.substr(0, std::min(position, text_.size()));
-        const std::size_t end = read.empty() ? 0 : read.size() - 1; // the last character read is at fault
+        const std::size_t end = fault(read);
         const auto before = read.substr(0, end);
         const auto line = 1 + std::ranges::count(before, '\n');
         const std::size_t start = before.rfind('\n') == std::string_view::npos ? 0 : before.rfind('\n') + 1;
@@ -152,6 +149,24 @@ class Builder final : public nlohmann::json_sax<Json> {
             return fmt::format("no JSON: the text ends too early, at line {}, column {}", line,
                                end - start + 2);
         return fmt::format("no JSON at line {}, column {}: '{}'", line, end - start + 1, excerpt(end));
+    }
+
+    /// Start of the word or string that the parser read last.
+    static std::size_t fault(std::string_view read) {
+        if (read.empty())
+            return 0;
+        std::size_t start = read.size() - 1;
+        if (read[start] == '"') {
+            const std::size_t open = start == 0 ? start : read.rfind('"', start - 1);
+            return open == std::string_view::npos ? start : open;
+        }
+        while (start > 0 && in_word(read[start]) && in_word(read[start - 1]))
+            --start;
+        return start;
+    }
+
+    static bool in_word(char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '+';
     }
 
     /// The rest of the line, made printable.

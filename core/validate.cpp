@@ -94,13 +94,13 @@ void check_inertia(const Checker& check, const std::string& at, const Mat3& iner
         round_off = 1e-14 * scale;
     }
     if (principal.minCoeff() <= round_off)
-        check.refuse(at, fmt::format("the principal moment {} is not positive", principal.minCoeff()),
+        check.refuse(at, fmt::format("the principal moment {:.12g} is not positive", principal.minCoeff()),
                      "principal moments above 0");
     std::sort(principal.data(), principal.data() + 3);
     if (principal[2] - principal[1] - principal[0] > 1e-9 * principal[2])
         check.refuse(at,
-                     fmt::format("the principal moment {} exceeds the sum of {} and {}", principal[2],
-                                 principal[0], principal[1]),
+                     fmt::format("the principal moment {:.12g} exceeds the sum of {:.12g} and {:.12g}",
+                                 principal[2], principal[0], principal[1]),
                      "principal moments of which none exceeds the sum of the others");
 }
 
