@@ -89,12 +89,12 @@ template <class Element> Shift shift(const Evaluation& e, const Element& x, cons
     s.gradient.rb = to_joint;
     s.gradient.tb = -b_to_joint * skew(x.sb);
 
-    const Mat3 turning = -skew(axes_a * a.w); // of the axes as seen from a point at rest
+    const Mat3 turning = skew(axes_a * a.w);
     const Vec3 relative = to_joint * (point_velocity(b, x.sb) - a.v);
-    s.rate_gradient.ra = -turning * to_joint;
+    s.rate_gradient.ra = turning * to_joint;
     s.rate_gradient.ta = (skew(relative) - turning * skew(m.lever)) * axes_a;
-    s.rate_gradient.rb = turning * to_joint;
-    s.rate_gradient.tb = -turning * b_to_joint * skew(x.sb) - b_to_joint * skew(b.w.cross(x.sb));
+    s.rate_gradient.rb = -turning * to_joint;
+    s.rate_gradient.tb = turning * b_to_joint * skew(x.sb) - b_to_joint * skew(b.w.cross(x.sb));
     return s;
 }
 
