@@ -1,6 +1,7 @@
 #!/bin/sh
-# Installs what is missing and runs every check: format, tests in release, unit tests under the
-# sanitizers, and a program of its own that uses the installed package.
+# Installs what is missing and runs every check: format, tests in release, those of the solvers that
+# GPL parts of SuiteSparse replace, a program that uses the installed package, and all tests but the
+# slow ones under the sanitizers.
 # The last line is "N passed, N failed"; the exit status is 0 only when nothing failed.
 set -u
 cd "$(dirname "$0")/.." || exit 1
@@ -66,6 +67,8 @@ if check "packages" install_packages test; then
     check "clang-format" formatted
     if check "build release" build release; then
         tests build/release --timeout 600
+        check "build with the GPL parts of SuiteSparse" build gpl &&
+            tests build/gpl --timeout 300 -R '^(Rank|NormalSolver)'
         check "build a program with the installed package" package && tests build/external --timeout 120
     fi
     check "build with sanitizers" build asan &&
