@@ -17,6 +17,11 @@ template <class F> void for_bodies(const System& system, int threads, F&& f) {
     }
 }
 
+// Load from outside, turned into the body frame.
+Vec3 external_moment(const Workspace& ws, int i) {
+    return ws.motion[i].A.transpose() * ws.external.segment<3>(6 * i + 3);
+}
+
 } // namespace
 
 State initial_state(const System& system) {
@@ -76,7 +81,7 @@ void evaluate_forces(const System& system, double t, Workspace& ws) {
         const Vec3& w = ws.motion[i].w;
         const Vec3 gyroscopic = w.cross(system.inertia[i] * w);
         ws.f.segment<3>(6 * i) = ws.external.segment<3>(6 * i) + system.mass[i] * system.gravity;
-        ws.f.segment<3>(6 * i + 3) = ws.external.segment<3>(6 * i + 3) - gyroscopic;
+        ws.f.segment<3>(6 * i + 3) = external_moment(ws, i) - gyroscopic;
     });
     const Evaluation e = evaluation(system, ws, t);
     for (const auto& batch : system.forces)
@@ -103,6 +108,7 @@ void linearise(const System& system, double t, const double* lambda, Workspace& 
         const Vec3& w = ws.motion[i].w;
         const Mat3& j = system.inertia[i];
         Linearisation::add(ws.lin.C, 4 * i + 3, skew(w) * j - skew(j * w));
+        Linearisation::add(ws.lin.S, 4 * i + 3, -skew(external_moment(ws, i)));
     });
     for (const auto& batch : system.forces)
         batch->add_linearisation(e, ws.lin);
@@ -164,8 +170,7 @@ Energies energies(const System& system, double t, const double* lambda, const Wo
         const BodyMotion& m = ws.motion[i];
         sum.kinetic += 0.5 * (system.mass[i] * m.v.squaredNorm() + m.w.dot(system.inertia[i] * m.w));
         sum.potential -= system.mass[i] * system.gravity.dot(m.r);
-        sum.input_power +=
-            ws.external.segment<3>(6 * i).dot(m.v) + ws.external.segment<3>(6 * i + 3).dot(m.w);
+        sum.input_power += ws.external.segment<3>(6 * i).dot(m.v) + external_moment(ws, i).dot(m.w);
     }
     const Evaluation e = evaluation(system, ws, t);
     for (const auto& batch : system.forces) {

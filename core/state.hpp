@@ -26,9 +26,9 @@ struct State {
 struct Workspace {
     std::vector<BodyMotion> motion; // all bodies
     VecX f;                         // generalised forces, 6 per moving body
-    VecX external;            // loads set from outside, 6 per moving body: force (global), moment (body)
-    VecX phi, rate;           // constraint residuals and G u + dPhi/dt
-    std::vector<double> rows; // G, 12 per row
+    VecX external;                  // loads set from outside, 6 per moving body: force and moment, global
+    VecX phi, rate;                 // constraint residuals and G u + dPhi/dt
+    std::vector<double> rows;       // G, 12 per row
     Linearisation lin;
     AngleMemory angles;
     int threads = 1;

@@ -1,0 +1,223 @@
+#include "solvers/consistent.hpp"
+
+#include "core/assembly.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace gudgeon {
+
+namespace {
+constexpr int most_iterations = 25;
+constexpr int positions = 0, velocities = 6; // where the bits of held coordinates begin
+} // namespace
+
+ConsistentSolver::ConsistentSolver(const System& system)
+    : system_(system), hold_(system.moving, 0u), nu_(VecX::Zero(system.row_count())),
+      step_(VecX::Zero(system.velocities())), gamma_(VecX::Zero(system.row_count())),
+      scale_(VecX::Ones(system.row_count())) {
+    for (int i = 0; i < system.moving; ++i)
+        root_.push_back(system.inverse_inertia[i].llt().matrixL());
+    build_pattern();
+    normal_.analyse(pattern_);
+}
+
+// Columns of B are velocities, entries by body; rotation parts are full because of the root.
+void ConsistentSolver::build_pattern() {
+    const System& s = system_;
+    pattern_.rows = s.row_count();
+    pattern_.cols = s.velocities();
+    slot_.assign(12 * s.rows.size(), -1);
+    std::vector<std::vector<int>> sides(s.moving); // 2 r for side a, 2 r + 1 for side b
+    for (int r = 0; r < s.row_count(); ++r) {
+        if (s.rows[r].a < s.moving)
+            sides[s.rows[r].a].push_back(2 * r);
+        if (s.rows[r].b < s.moving)
+            sides[s.rows[r].b].push_back(2 * r + 1);
+    }
+    pattern_.col_start.push_back(0);
+    for (int i = 0; i < s.moving; ++i)
+        for (int k = 0; k < 6; ++k) {
+            for (const int side : sides[i]) {
+                const int r = side / 2, coefficient = 6 * (side % 2) + k;
+                const unsigned part = k < 3 ? 1u << coefficient : 0b111u << (6 * (side % 2) + 3);
+                if (!(s.rows[r].mask & part))
+                    continue;
+                slot_[12 * std::size_t(r) + coefficient] = pattern_.nonzeros();
+                pattern_.row.push_back(r);
+            }
+            pattern_.col_start.push_back(pattern_.nonzeros());
+        }
+    values_.assign(pattern_.nonzeros(), 0.0);
+}
+
+// B = D G W^{1/2} with D such that its rows have unit length.
+bool ConsistentSolver::factor(const Workspace& ws, int held_shift, double beta) {
+    if (system_.row_count() == 0)
+        return true;
+    for (int r = 0; r < system_.row_count(); ++r) {
+        const RowRecord& row = system_.rows[r];
+        Eigen::Matrix<double, 12, 1> b = Eigen::Matrix<double, 12, 1>::Zero();
+        for (const int side : {0, 1}) {
+            const int body = side ? row.b : row.a;
+            if (body >= system_.moving)
+                continue;
+            Eigen::Matrix<double, 6, 1> g = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(
+                ws.rows.data() + 12 * std::size_t(r) + 6 * side);
+            for (int k = 0; k < 6; ++k)
+                if (hold_[body] >> (held_shift + k) & 1u)
+                    g[k] = 0;
+            b.segment<3>(6 * side) = g.head<3>() / std::sqrt(system_.mass[body]);
+            b.segment<3>(6 * side + 3) = held_root(body, held_shift).transpose() * g.tail<3>();
+        }
+        const double length = b.norm();
+        scale_[r] = length > 0 ? 1 / length : 1.0;
+        for (int k = 0; k < 12; ++k)
+            if (const int slot = slot_[12 * std::size_t(r) + k]; slot >= 0)
+                values_[slot] = scale_[r] * b[k];
+    }
+    return normal_.factor(values_, beta).ok();
+}
+
+// Root of the inverse inertia over the free rotations only.
+Mat3 ConsistentSolver::held_root(int body, int held_shift) const {
+    const unsigned held = hold_[body] >> (held_shift + 3) & 7u;
+    if (!held)
+        return root_[body];
+    Mat3 inverse = Mat3::Zero();
+    std::array<int, 3> free{};
+    int n = 0;
+    for (int k = 0; k < 3; ++k)
+        if (!(held >> k & 1u))
+            free[n++] = k;
+    if (n == 0)
+        return inverse;
+    MatX part(n, n);
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j)
+            part(i, j) = system_.inertia[body](free[i], free[j]);
+    const MatX root = MatX(part.inverse()).llt().matrixL();
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j <= i; ++j)
+            inverse(free[i], free[j]) = root(i, j);
+    return inverse;
+}
+
+void ConsistentSolver::apply_inverse_mass(int held_shift, VecX& x) const {
+    for (int i = 0; i < system_.moving; ++i) {
+        x.segment<3>(6 * i) /= system_.mass[i];
+        for (int k = 0; k < 3; ++k)
+            if (hold_[i] >> (held_shift + k) & 1u)
+                x[6 * i + k] = 0;
+        const Mat3 root = held_root(i, held_shift);
+        x.segment<3>(6 * i + 3) = (root * (root.transpose() * x.segment<3>(6 * i + 3))).eval();
+    }
+}
+
+// step = W G^T N^-1 residual
+void ConsistentSolver::solve_step(const Workspace& ws, const VecX& residual, int held_shift) {
+    nu_ = scale_.cwiseProduct(residual);
+    normal_.solve({nu_.data(), static_cast<std::size_t>(nu_.size())});
+    nu_ = nu_.cwiseProduct(scale_).eval();
+    step_.setZero();
+    add_transposed_rows(system_, ws, nu_, 1.0, step_);
+    apply_inverse_mass(held_shift, step_);
+}
+
+bool ConsistentSolver::project_positions(double t, VecX& q, const VecX& u, Workspace& ws, double tolerance) {
+    worst_position_ = 0;
+    if (system_.row_count() == 0) {
+        set_motion(system_, q, u, ws);
+        return true;
+    }
+    double last = 0;
+    bool fresh = false;
+    for (int i = 0; i < most_iterations; ++i) {
+        set_motion(system_, q, u, ws);
+        evaluate_constraints(system_, t, nullptr, !fresh, ws);
+        worst_position_ = ws.phi.cwiseAbs().maxCoeff();
+        if (!std::isfinite(worst_position_))
+            return false;
+        // round-off of long coordinates sets a floor: stop when a step no longer helps there
+        const double floor = 4e-16 * (1 + q.cwiseAbs().maxCoeff());
+        if (worst_position_ <= std::max(tolerance, 0.0) || (i > 0 && worst_position_ <= 64 * floor))
+            return true;
+        if (!fresh || worst_position_ > 0.01 * last) {
+            evaluate_constraints(system_, t, nullptr, true, ws);
+            if (!factor(ws, positions, beta_))
+                return false;
+            fresh = true;
+        }
+        last = worst_position_;
+        solve_step(ws, ws.phi, positions);
+        const double longest = step_.cwiseAbs().maxCoeff();
+        if (longest > largest_move_)
+            step_ *= largest_move_ / longest;
+        move(system_, -step_, q);
+    }
+    return worst_position_ <= std::max(tolerance, 1e-12);
+}
+
+bool ConsistentSolver::project_velocities(double t, const VecX& q, VecX& u, Workspace& ws) {
+    worst_velocity_ = 0;
+    set_motion(system_, q, u, ws);
+    if (system_.row_count() == 0)
+        return true;
+    evaluate_constraints(system_, t, nullptr, true, ws);
+    if (!factor(ws, velocities, beta_))
+        return false;
+    for (int i = 0; i < most_iterations; ++i) {
+        worst_velocity_ = ws.rate.cwiseAbs().maxCoeff();
+        const double floor = 1e-14 * (1 + u.cwiseAbs().maxCoeff());
+        if (worst_velocity_ <= floor)
+            return true;
+        if (i > 0 && beta_ == 0)
+            return worst_velocity_ <= 1e3 * floor;
+        solve_step(ws, ws.rate, velocities);
+        u -= step_;
+        set_motion(system_, q, u, ws);
+        evaluate_constraints(system_, t, nullptr, false, ws);
+    }
+    return worst_velocity_ <= 1e-11 * (1 + u.cwiseAbs().maxCoeff());
+}
+
+bool ConsistentSolver::accelerations(double t, const VecX& q, const VecX& u, Workspace& ws,
+                                     VecX& acceleration, VecX& lambda) {
+    set_motion(system_, q, u, ws);
+    evaluate_forces(system_, t, ws);
+    acceleration.resize(system_.velocities());
+    lambda.resize(system_.row_count());
+    if (system_.row_count() == 0) {
+        inverse_mass_times(system_, ws.f, acceleration);
+        return true;
+    }
+    evaluate_constraints(system_, t, nullptr, true, ws);
+    const std::vector<unsigned> held = std::exchange(hold_, std::vector<unsigned>(system_.moving, 0u));
+    const bool regular = factor(ws, positions, 0);
+    if (regular) {
+        const Evaluation e = evaluation(system_, ws, t);
+        for (const auto& batch : system_.constraints)
+            batch->acceleration_rhs(e, gamma_.data());
+        lambda.setZero();
+        VecX& residual = ws.rate;
+        for (int pass = 0; pass < 2; ++pass) { // the second pass takes round-off out
+            acceleration = ws.f;
+            add_transposed_rows(system_, ws, lambda, -1.0, acceleration);
+            inverse_mass_times(system_, acceleration, acceleration);
+            rows_times(system_, ws, acceleration, residual);
+            residual -= gamma_;
+            solve_step(ws, residual, positions);
+            lambda += nu_;
+        }
+        acceleration -= step_;
+    }
+    hold_ = held;
+    return regular;
+}
+
+} // namespace gudgeon

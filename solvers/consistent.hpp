@@ -1,0 +1,61 @@
+// States that satisfy the constraints: projection in the mass norm, accelerations and reactions.
+#pragma once
+
+#include "core/sparse.hpp"
+#include "core/state.hpp"
+#include "solvers/cholmod_solver.hpp"
+
+#include <utility>
+#include <vector>
+
+namespace gudgeon {
+
+/// Solves with N = G W G^T, W the inverse mass matrix (zero along coordinates that are held).
+/// One object per thread of use; the pattern is analysed once.
+class ConsistentSolver {
+  public:
+    explicit ConsistentSolver(const System& system);
+
+    /// Least change of q in the mass norm to |Phi| <= tolerance (m, rad). False: did not close.
+    bool project_positions(double t, VecX& q, const VecX& u, Workspace& ws, double tolerance = 1e-13);
+
+    /// Least change of u in the mass norm to G u + dPhi/dt = 0 at q.
+    bool project_velocities(double t, const VecX& q, VecX& u, Workspace& ws);
+
+    /// Accelerations and multipliers from the acceleration equations (AP 1) at a consistent state:
+    /// M u' + G^T lambda = f, G u' = gamma. False: the constraints repeat each other.
+    bool accelerations(double t, const VecX& q, const VecX& u, Workspace& ws, VecX& acceleration,
+                       VecX& lambda);
+
+    /// Coordinates held in the two projections: bits as in System::hold; all zero by default.
+    void hold(std::vector<unsigned> bits) { hold_ = std::move(bits); }
+
+    /// Adds beta to the diagonal of N, relative to it: lets redundant rows pass in the projections.
+    void regularise(double beta) { beta_ = beta; }
+
+    /// Longest change of one coordinate in an iteration of project_positions.
+    void limit_move(double longest) { largest_move_ = longest; }
+
+    double worst_position() const { return worst_position_; }
+    double worst_velocity() const { return worst_velocity_; }
+
+  private:
+    void build_pattern();
+    bool factor(const Workspace& ws, int held_shift, double beta);
+    Mat3 held_root(int body, int held_shift) const;
+    void apply_inverse_mass(int held_shift, VecX& x) const;
+    void solve_step(const Workspace& ws, const VecX& residual, int held_shift);
+
+    const System& system_;
+    NormalSolver normal_;
+    CscPattern pattern_;     // B = G W^{1/2}: rows of G by columns of u
+    std::vector<int> slot_;  // twelve per row: slot in pattern_, -1: none
+    std::vector<Mat3> root_; // inverse inertia = root root^T
+    std::vector<double> values_;
+    std::vector<unsigned> hold_;
+    double beta_ = 0, worst_position_ = 0, worst_velocity_ = 0;
+    double largest_move_ = 1e300;
+    VecX nu_, step_, gamma_, scale_;
+};
+
+} // namespace gudgeon

@@ -1,0 +1,68 @@
+#include "solvers/error_norm.hpp"
+
+#include <cmath>
+
+namespace gudgeon {
+
+namespace {
+// Keeps the worst body; a NaN wins and stays.
+void keep_worst(ErrorNorm::Value& worst, double sum, int body) {
+    if (!(sum <= worst.norm))
+        worst = {sum, body};
+}
+ErrorNorm::Value root(ErrorNorm::Value worst) {
+    worst.norm = std::sqrt(worst.norm / 13);
+    return worst;
+}
+} // namespace
+
+ErrorNorm::ErrorNorm(const System& system, double rtol, double atol)
+    : moving_(system.moving), rtol_(rtol), atol_(atol), q_weight_(VecX::Ones(system.positions())),
+      u_weight_(VecX::Ones(system.velocities())) {}
+
+void ErrorNorm::set_scale(const VecX& q, const VecX& u) {
+    for (Eigen::Index j = 0; j < q.size(); ++j)
+        q_weight_[j] = 1 / (rtol_ * std::abs(q[j]) + atol_);
+    for (Eigen::Index j = 0; j < u.size(); ++j)
+        u_weight_[j] = 1 / (rtol_ * std::abs(u[j]) + atol_);
+}
+
+ErrorNorm::Value ErrorNorm::difference(const VecX& q, const VecX& q2, const VecX& u, const VecX& u2,
+                                       double factor) const {
+    Value worst;
+    for (int i = 0; i < moving_; ++i) {
+        const double sum = (q.segment<7>(7 * i) - q2.segment<7>(7 * i))
+                               .cwiseProduct(q_weight_.segment<7>(7 * i))
+                               .squaredNorm() +
+                           (u.segment<6>(6 * i) - u2.segment<6>(6 * i))
+                               .cwiseProduct(u_weight_.segment<6>(6 * i))
+                               .squaredNorm();
+        keep_worst(worst, sum * factor * factor, i);
+    }
+    return root(worst);
+}
+
+ErrorNorm::Value ErrorNorm::increment(const double* step, const double* du) const {
+    Value worst;
+    const double rotation_weight = 0.5 / (rtol_ + atol_); // |dp| = |dtheta| / 2, |p| = 1
+    for (int i = 0; i < moving_; ++i) {
+        const Eigen::Map<const Vec6> x(step + 6 * std::ptrdiff_t(i)), v(du + 6 * std::ptrdiff_t(i));
+        const double sum = x.head<3>().cwiseProduct(q_weight_.segment<3>(7 * i)).squaredNorm() +
+                           rotation_weight * rotation_weight * x.tail<3>().squaredNorm() +
+                           v.cwiseProduct(u_weight_.segment<6>(6 * i)).squaredNorm();
+        keep_worst(worst, sum, i);
+    }
+    return root(worst);
+}
+
+ErrorNorm::Value ErrorNorm::rates(const VecX& q, const VecX& u) const {
+    Value worst;
+    for (int i = 0; i < moving_; ++i) {
+        const double sum = q.segment<7>(7 * i).cwiseProduct(q_weight_.segment<7>(7 * i)).squaredNorm() +
+                           u.segment<6>(6 * i).cwiseProduct(u_weight_.segment<6>(6 * i)).squaredNorm();
+        keep_worst(worst, sum, i);
+    }
+    return root(worst);
+}
+
+} // namespace gudgeon

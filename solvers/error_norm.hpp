@@ -1,0 +1,33 @@
+// Weighted norm of coordinate and velocity errors: the worst body counts, so that control does not
+// depend on how many other bodies a scene has.
+#pragma once
+
+#include "core/system.hpp"
+
+namespace gudgeon {
+
+class ErrorNorm {
+  public:
+    ErrorNorm(const System& system, double rtol, double atol);
+
+    /// Weights 1 / (rtol |y| + atol) at a state.
+    void set_scale(const VecX& q, const VecX& u);
+
+    struct Value {
+        double norm = 0; // root mean square over the 13 numbers of the worst body
+        int body = -1;
+    };
+    /// Of a difference (q - q2, u - u2) times factor.
+    Value difference(const VecX& q, const VecX& q2, const VecX& u, const VecX& u2, double factor) const;
+    /// Of an increment along T(q): step and velocity change, 6 per body each.
+    Value increment(const double* step, const double* du) const;
+    /// Of rates (q', u').
+    Value rates(const VecX& q, const VecX& u) const;
+
+  private:
+    int moving_;
+    double rtol_, atol_;
+    VecX q_weight_, u_weight_;
+};
+
+} // namespace gudgeon

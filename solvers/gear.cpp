@@ -1,0 +1,322 @@
+// Gear's method: start, acceptance, choice of step and order, dense output.
+
+#include "solvers/gear.hpp"
+
+#include "solvers/phase_timer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace gudgeon {
+
+namespace {
+constexpr double growth_limit = 2.0;
+constexpr double growth_worth = 1.2; // smaller growth is not worth a new matrix
+} // namespace
+
+Gear::Gear(const System& system, const IntegratorOptions& options)
+    : system_(system), options_(options), ws_(make_workspace(system, options.threads)), saddle_(system),
+      consistent_(system), norm_(system, options.rtol, options.atol) {
+    const Eigen::Index nq = system.positions(), n = system.velocities(), m = system.row_count();
+    options_.max_order = std::clamp(options_.max_order, 1, 5);
+    solver_.analyse(saddle_.pattern());
+    values_.assign(saddle_.pattern().nonzeros(), 0.0);
+    history_.reserve(nq, n, m);
+    for (VecX* x : {&q_predicted_, &beta_q_})
+        *x = VecX::Zero(nq);
+    for (VecX* x : {&u_predicted_, &beta_u_, &drift_, &momentum_, &step_})
+        *x = VecX::Zero(n);
+    rhs_ = VecX::Zero(2 * (n + m));
+    statistics_.nnz_matrix = saddle_.pattern().nonzeros();
+}
+
+void Gear::start(const State& state) {
+    state_ = state;
+    ws_.angles = state.angles;
+    set_motion(system_, state_.q, state_.u, ws_);
+    update_angles(system_, state_.t, ws_, ws_.angles);
+    state_.angles = ws_.angles;
+    VecX u_rate, lambda;
+    if (!consistent_.accelerations(state_.t, state_.q, state_.u, ws_, u_rate, lambda)) {
+        u_rate = VecX::Zero(system_.velocities());
+        lambda = state_.lambda;
+    }
+    state_.lambda = lambda;
+    VecX q_rate(system_.positions());
+    for (int i = 0; i < system_.moving; ++i) {
+        q_rate.segment<3>(7 * i) = state_.u.segment<3>(6 * i);
+        q_rate.segment<4>(7 * i + 3) =
+            0.5 * lt_times(state_.q.segment<4>(7 * i + 3), state_.u.segment<3>(6 * i + 3));
+    }
+    norm_.set_scale(state_.q, state_.u);
+    h_ = first_step(q_rate, u_rate, std::numeric_limits<double>::infinity());
+    // a second point along the slope makes the first predictor Euler's
+    history_.clear();
+    history_.next_q() = state_.q - h_ * q_rate;
+    history_.next_u() = state_.u - h_ * u_rate;
+    history_.push(state_.t - h_);
+    history_.next_q() = state_.q;
+    history_.next_u() = state_.u;
+    history_.next_lambda() = state_.lambda;
+    history_.push(state_.t);
+    order_ = 1;
+    real_points_ = 1;
+    steps_at_order_ = rejections_in_row_ = 0;
+    matrix_a0_ = 0;
+    powers_ = 0;
+    integrate_powers(state_.t);
+}
+
+// Step for which the first-order error, 1/2 h^2 |y''|, is a quarter of the limit; y'' by a trial difference.
+double Gear::first_step(const VecX& q_rate, const VecX& u_rate, double t_stop) {
+    const double slope = norm_.rates(q_rate, u_rate).norm;
+    const double size = norm_.rates(state_.q, state_.u).norm;
+    const double trial = slope > 0 ? std::min(0.01 * size / slope, 1e-4) : 1e-4;
+    VecX q = state_.q + trial * q_rate, u = state_.u + trial * u_rate, rate, lambda;
+    double h = 100 * trial;
+    if (consistent_.accelerations(state_.t + trial, q, u, ws_, rate, lambda)) {
+        VecX q_rate_change(system_.positions());
+        for (int i = 0; i < system_.moving; ++i) {
+            q_rate_change.segment<3>(7 * i) = trial * u_rate.segment<3>(6 * i);
+            q_rate_change.segment<4>(7 * i + 3) =
+                0.5 * (lt_times(q.segment<4>(7 * i + 3), u.segment<3>(6 * i + 3)) -
+                       lt_times(state_.q.segment<4>(7 * i + 3), state_.u.segment<3>(6 * i + 3)));
+        }
+        const double curvature = norm_.rates(q_rate_change, rate - u_rate).norm / trial;
+        if (std::isfinite(curvature) && curvature > 0)
+            h = std::min(h, std::sqrt(0.5 / curvature));
+    }
+    if (options_.step > 0)
+        h = std::min(h, options_.step);
+    return std::min(h, t_stop - state_.t);
+}
+
+StepOutcome Gear::advance(double t_stop) {
+    bool accepted = false;
+    while (!accepted) {
+        const StepOutcome outcome = attempt(t_stop, accepted);
+        if (!outcome.ok)
+            return outcome;
+    }
+    return {};
+}
+
+StepOutcome Gear::attempt(double t_stop, bool& accepted) {
+    const double smallest = 16 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state_.t), 1e-3);
+    if (h_ < smallest)
+        return failure(StepReason::step_too_small, fmt::format("the step fell to {:.3g} s", h_));
+    if (options_.step > 0)
+        h_ = std::min(h_, options_.step);
+    double h = h_, t = state_.t + h;
+    if (t >= t_stop || t_stop - t < 1e-3 * h) {
+        t = t_stop;
+        h = t - state_.t;
+    } else if (t_stop - t < h) { // two equal steps instead of a long and a very short one
+        h = 0.5 * (t_stop - state_.t);
+        t = state_.t + h;
+    }
+    t_try_ = t;
+    predict(t);
+    const Corrector result = correct(t);
+    if (result != Corrector::converged) {
+        const bool renewed = matrix_fresh_;
+        matrix_a0_ = 0;
+        if (!renewed && result == Corrector::slow) {
+            refresh_wanted_ = true; // the same step with a new matrix
+            return {};
+        }
+        reject(result == Corrector::singular     ? StepReason::singular
+               : result == Corrector::non_finite ? StepReason::non_finite
+                                                 : StepReason::newton,
+               increment_.norm);
+        h_ = 0.25 * h;
+        if (rejections_in_row_ > 20 || h_ < smallest)
+            return failure(result == Corrector::singular     ? StepReason::singular
+                           : result == Corrector::non_finite ? StepReason::non_finite
+                                                             : StepReason::newton,
+                           "the corrector did not converge");
+        return {};
+    }
+    const double constant = h / (t - history_.time(order_));
+    {
+        const PhaseTimer timer(statistics_.seconds.control);
+        error_ = norm_.difference(history_.next_q(), q_predicted_, history_.next_u(), u_predicted_, constant);
+    }
+    if (error_.norm > 1 || !std::isfinite(error_.norm)) {
+        reject(StepReason::error_test, error_.norm);
+        const double lower =
+            order_ > 1 ? error_at_order(order_ - 1, history_.next_q(), history_.next_u()) : error_.norm;
+        if (rejections_in_row_ == 1 && std::isfinite(error_.norm)) {
+            double factor = 0.9 * std::pow(2 * error_.norm, -1.0 / (order_ + 1));
+            if (order_ > 1) {
+                const double at_lower = 0.9 * std::pow(2 * lower, -1.0 / order_);
+                if (at_lower > factor) {
+                    factor = at_lower;
+                    --order_;
+                    steps_at_order_ = 0;
+                }
+            }
+            h_ = h * std::clamp(factor, 0.25, 0.9);
+        } else {
+            h_ = 0.25 * h;
+            if (rejections_in_row_ > 2) {
+                order_ = 1;
+                steps_at_order_ = 0;
+            }
+        }
+        return {};
+    }
+    accept(t, h, error_.norm);
+    accepted = true;
+    return {};
+}
+
+void Gear::reject(StepReason reason, double error) {
+    ++rejections_in_row_;
+    (reason == StepReason::error_test ? statistics_.rejected_error : statistics_.rejected_newton)++;
+    if (on_step)
+        on_step({t_try_, t_try_ - state_.t, order_, reason, error});
+}
+
+StepOutcome Gear::failure(StepReason reason, const std::string& what) const {
+    return {false, reason, fmt::format("at t = {:.9g} s {}; worst: {}", state_.t, what, worst_part())};
+}
+
+void Gear::accept(double t, double h, double error) {
+    if (on_step)
+        on_step({t, h, order_, StepReason::none, error});
+    {
+        const PhaseTimer timer(statistics_.seconds.control);
+        ++statistics_.steps;
+        ++statistics_.order_histogram[order_];
+        statistics_.smallest_step = std::min(statistics_.smallest_step, h);
+        statistics_.largest_step = std::max(statistics_.largest_step, h);
+        statistics_.constraint_position_max = std::max(statistics_.constraint_position_max, phi_worst_);
+        statistics_.constraint_velocity_max = std::max(statistics_.constraint_velocity_max, rate_worst_);
+        h_ = h;
+        ++steps_at_order_;
+        rejections_in_row_ = 0;
+        choose_next(error);
+        state_.q = history_.next_q();
+        state_.u = history_.next_u();
+        state_.lambda = history_.next_lambda();
+        state_.t = t;
+        history_.push(t);
+        ++real_points_;
+        norm_.set_scale(state_.q, state_.u);
+    }
+    const PhaseTimer timer(statistics_.seconds.evaluate);
+    set_motion(system_, state_.q, state_.u, ws_);
+    update_angles(system_, t, ws_, ws_.angles);
+    state_.angles = ws_.angles;
+    integrate_powers(t);
+}
+
+// Error of the step, had it been taken at another order (its polynomial through order + 1 past points).
+double Gear::error_at_order(int order, const VecX& q, const VecX& u) {
+    const double t = t_try_;
+    std::array<double, BdfHistory::capacity> w{};
+    interpolation_weights(history_.times(order + 1), t, w.data());
+    double a0 = 0;
+    for (int i = 0; i < order; ++i)
+        a0 += 1 / (t - history_.time(i));
+    history_.combine(order + 1, w.data(), beta_q_, beta_u_); // free between corrector and next predictor
+    return norm_.difference(q, beta_q_, u, beta_u_, (t - history_.time(0)) / (t - history_.time(order))).norm;
+}
+
+// Longest next step over orders k - 1, k, k + 1.
+void Gear::choose_next(double error) {
+    const VecX &q = history_.next_q(), &u = history_.next_u();
+    const auto factor = [](double e, int order, double bias) {
+        return std::pow(bias * std::max(e, 1e-10), -1.0 / (order + 1));
+    };
+    int best = order_;
+    double growth = factor(error, order_, 2.0);
+    if (steps_at_order_ > order_) {
+        if (order_ > 1) {
+            const double lower = factor(error_at_order(order_ - 1, q, u), order_ - 1, 2.0);
+            if (lower > growth) {
+                growth = lower;
+                best = order_ - 1;
+            }
+        }
+        if (order_ < options_.max_order && real_points_ >= order_ + 2) {
+            const double higher = factor(error_at_order(order_ + 1, q, u), order_ + 1, 3.0);
+            if (higher > growth) {
+                growth = higher;
+                best = order_ + 1;
+            }
+        }
+    }
+    if (best != order_) {
+        order_ = best;
+        steps_at_order_ = 0;
+    }
+    if (growth >= growth_worth)
+        h_ *= std::min(growth, growth_limit);
+    else if (growth < 1)
+        h_ *= std::max(growth, 0.5);
+}
+
+// Dissipated energy and input by integrating the polynomial through the newest powers.
+void Gear::integrate_powers(double t) {
+    const Energies e = energies(system_, t, state_.lambda.data(), ws_);
+    const int kept = std::min(powers_, 5);
+    for (int i = kept; i > 0; --i) {
+        power_t_[i] = power_t_[i - 1];
+        dissipated_power_[i] = dissipated_power_[i - 1];
+        input_power_[i] = input_power_[i - 1];
+    }
+    power_t_[0] = t;
+    dissipated_power_[0] = e.dissipated_power;
+    input_power_[0] = e.input_power;
+    powers_ = kept + 1;
+    if (powers_ == 1)
+        return;
+    const int n = std::min(powers_, order_ + 2);
+    std::array<double, BdfHistory::capacity> w{};
+    integration_weights({power_t_.data(), static_cast<std::size_t>(n)}, power_t_[1], t, w.data());
+    for (int i = 0; i < n; ++i) {
+        state_.dissipated += w[i] * dissipated_power_[i];
+        state_.input += w[i] * input_power_[i];
+    }
+}
+
+void Gear::interpolate(double t, State& out) const {
+    const int n = std::min(history_.points(), std::max(order_, 1) + 1);
+    std::array<double, BdfHistory::capacity> w{};
+    interpolation_weights(history_.times(n), t, w.data());
+    out.t = t;
+    out.q.resize(system_.positions());
+    out.u.resize(system_.velocities());
+    history_.combine(n, w.data(), out.q, out.u);
+    for (int i = 0; i < system_.moving; ++i)
+        out.q.segment<4>(7 * i + 3).normalize();
+    out.lambda = state_.lambda;
+    out.angles = state_.angles;
+    out.dissipated = state_.dissipated;
+    out.input = state_.input;
+    if (powers_ < 2 || t == state_.t)
+        return;
+    const int k = std::min(powers_, order_ + 2);
+    integration_weights({power_t_.data(), static_cast<std::size_t>(k)}, t, state_.t, w.data());
+    for (int i = 0; i < k; ++i) {
+        out.dissipated -= w[i] * dissipated_power_[i];
+        out.input -= w[i] * input_power_[i];
+    }
+}
+
+const Statistics& Gear::statistics() const {
+    statistics_.factorisations = solver_.counts().factorisations;
+    statistics_.refactorisations = solver_.counts().refactorisations;
+    statistics_.nnz_factors = solver_.factor_nonzeros();
+    return statistics_;
+}
+
+std::unique_ptr<Integrator> make_gear(const System& system, const IntegratorOptions& options) {
+    return std::make_unique<Gear>(system, options);
+}
+
+} // namespace gudgeon

@@ -1,0 +1,110 @@
+// One interface for all integrators of the equations of motion.
+#pragma once
+
+#include "core/state.hpp"
+
+#include <array>
+#include <limits>
+#include <memory>
+#include <string>
+
+namespace gudgeon {
+
+struct IntegratorOptions {
+    double rtol = 1e-6; // error of a step relative to each coordinate and velocity ...
+    double atol = 1e-6; // ... plus this (m, m/s, rad/s, 1 for Euler parameters)
+    double step = 0;    // rk4: the step (0: 1e-3 s); elsewhere the largest step (0: none)
+    int max_order = 5;  // gear, ida
+    int threads = 1;
+    long max_steps = std::numeric_limits<long>::max();
+};
+
+/// Where the time goes, in seconds.
+struct PhaseTimes {
+    double evaluate = 0; // forces and constraints
+    double assemble = 0; // derivatives and matrix values
+    double factor = 0;
+    double solve = 0;
+    double control = 0; // predictor, error test, step and order
+    double output = 0;  // interpolation, projection and accelerations at samples
+};
+
+struct Statistics {
+    long steps = 0;
+    long rejected_error = 0, rejected_newton = 0, rejected_contact = 0;
+    long newton_sweeps = 0;     // evaluations of the whole residual followed by a solve
+    long constraint_polish = 0; // extra solves that only close the constraints
+    long evaluations = 0;       // of the forces
+    long factorisations = 0, refactorisations = 0;
+    long nnz_matrix = 0, nnz_factors = 0;
+    std::array<long, 9> order_histogram{}; // accepted steps by order
+    double smallest_step = std::numeric_limits<double>::infinity(), largest_step = 0;
+    double constraint_position_max = 0, constraint_velocity_max = 0; // at accepted steps
+    PhaseTimes seconds;
+};
+
+/// Why a step was rejected or a run stopped.
+enum class StepReason {
+    none,
+    error_test,
+    newton,
+    contact,
+    singular,
+    non_finite,
+    step_too_small,
+    constraints
+};
+
+struct StepOutcome {
+    bool ok = true;
+    StepReason reason = StepReason::none;
+    std::string message; // when, where, which body or joint was worst; empty when ok
+};
+
+/// Called after every attempted step (history for the user); accepted or with the reason against it.
+struct StepRecord {
+    double t, h; // t: end of the step
+    int order;
+    StepReason reason; // none: accepted
+    double error;      // weighted error of the step, 1 is the limit
+};
+
+class Integrator {
+  public:
+    virtual ~Integrator() = default;
+    Integrator() = default;
+    Integrator(const Integrator&) = delete;
+    Integrator& operator=(const Integrator&) = delete;
+
+    virtual const char* name() const = 0;
+    virtual const char* linear_solver() const = 0;
+
+    /// Begins at a consistent state (positions, velocities, multipliers; see consistent.hpp). Also called
+    /// after a discontinuity: history is dropped, statistics go on.
+    virtual void start(const State& state) = 0;
+
+    /// One accepted step that does not pass t_stop, or the reason why there is none.
+    virtual StepOutcome advance(double t_stop) = 0;
+
+    /// State at the end of the last accepted step.
+    virtual const State& state() const = 0;
+
+    /// State at a time inside the last accepted step, by the method's own interpolant (constraints hold
+    /// to the tolerance; project_state() closes them).
+    virtual void interpolate(double t, State& out) const = 0;
+
+    virtual const Statistics& statistics() const = 0;
+    virtual Workspace& workspace() = 0; // external loads are set here
+
+    /// Every attempted step is told to this function where set.
+    std::function<void(const StepRecord&)> on_step;
+};
+
+/// Names accepted by make_integrator, the first is the default.
+const std::vector<std::string>& integrator_names();
+
+/// Throws std::invalid_argument for an unknown name. The system must outlive the integrator.
+std::unique_ptr<Integrator> make_integrator(const std::string& name, const System& system,
+                                            const IntegratorOptions& options);
+
+} // namespace gudgeon

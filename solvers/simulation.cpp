@@ -1,0 +1,191 @@
+#include "solvers/simulation.hpp"
+
+#include "contact/standard_forces.hpp"
+#include "core/matrices.hpp"
+#include "solvers/consistent.hpp"
+#include "solvers/phase_timer.hpp"
+
+#include <fmt/format.h>
+
+namespace gudgeon {
+
+namespace {
+
+System compile_all(Model model, const SimulationOptions& options) {
+    std::vector<ForceBatchBuilder> builders = standard_force_builders();
+    if (!options.user_forces.empty())
+        builders.push_back(user_force_builder(options.user_forces));
+    return compile(std::move(model), builders);
+}
+
+} // namespace
+
+struct Simulation::Impl {
+    System system;
+    State start;
+    AssemblyReport assembly;
+    RedundancyReport redundancy;
+    std::unique_ptr<Integrator> integrator;
+    ConsistentSolver consistent;
+    Workspace ws; // for samples
+    Sample sample;
+    State now; // state at time()
+    double balance_start = 0, output_seconds = 0;
+    Statistics statistics;
+
+    Impl(Model model, const SimulationOptions& options)
+        : system(compile_all(std::move(model), options)), start(initial_state(system)), consistent(system),
+          ws(make_workspace(system)) {
+        assemble();
+        integrator = make_integrator(options.integrator, system, options.integration);
+        integrator->start(start);
+        now = integrator->state();
+        make_sample(now);
+        balance_start = sample.energies.mechanical();
+        sample.balance = 0;
+    }
+
+    void assemble() {
+        assembly = assemble_start(system, start);
+        if (!assembly.ok)
+            throw AssemblyError("the mechanism cannot be assembled: " + assembly.message(system), assembly);
+        redundancy = find_redundancy(system, start);
+        if (redundancy.dependent.empty())
+            return;
+        std::string text =
+            fmt::format("{} of {} constraint rows repeat others, which this version does not solve: ",
+                        redundancy.dependent.size(), redundancy.rows);
+        const std::vector<std::string> lines = redundancy.lines(system);
+        for (std::size_t i = 0; i < lines.size() && i < 8; ++i)
+            text += (i ? "; " : "") + lines[i];
+        throw AssemblyError(text, assembly);
+    }
+
+    // Closes the constraints of a state and evaluates everything there.
+    void make_sample(const State& state) {
+        const PhaseTimer timer(output_seconds);
+        sample.state = state;
+        ws.angles = state.angles;
+        ws.external = integrator->workspace().external;
+        State& s = sample.state;
+        consistent.project_positions(s.t, s.q, s.u, ws);
+        consistent.project_velocities(s.t, s.q, s.u, ws);
+        consistent.accelerations(s.t, s.q, s.u, ws, sample.acceleration, s.lambda);
+        sample.motion = ws.motion;
+        sample.energies = energies(system, s.t, s.lambda.data(), ws);
+        sample.balance = sample.energies.mechanical() + s.dissipated - s.input - balance_start;
+        joint_wrenches();
+    }
+
+    // Wrenches on b, from the multipliers and the force batches, moved to b's joint point.
+    void joint_wrenches() {
+        sample.joint.assign(system.joints.size(), Wrench{});
+        for (int r = 0; r < system.row_count(); ++r) {
+            const Eigen::Map<const Eigen::Matrix<double, 12, 1>> g(ws.rows.data() + 12 * std::size_t(r));
+            Wrench& w = sample.joint[system.rows[r].joint];
+            w.force -= sample.state.lambda[r] * g.segment<3>(6);
+            w.moment -= sample.state.lambda[r] * g.segment<3>(9);
+        }
+        const Evaluation e = evaluation(system, ws, sample.state.t);
+        for (const auto& batch : system.forces)
+            batch->add_joint_wrenches(e, sample.joint);
+        for (std::size_t j = 0; j < system.joints.size(); ++j) {
+            const Anchor& b = system.joints[j].b;
+            const Mat3& A = ws.motion[b.body].A;
+            Wrench& w = sample.joint[j];
+            w.moment = A * w.moment - (A * b.point).cross(w.force);
+        }
+    }
+};
+
+Simulation::Simulation(Model model, SimulationOptions options)
+    : impl_(std::make_unique<Impl>(std::move(model), options)) {}
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+
+const System& Simulation::system() const { return impl_->system; }
+const AssemblyReport& Simulation::assembly() const { return impl_->assembly; }
+const RedundancyReport& Simulation::redundancy() const { return impl_->redundancy; }
+const char* Simulation::integrator_name() const { return impl_->integrator->name(); }
+const char* Simulation::linear_solver() const { return impl_->integrator->linear_solver(); }
+Integrator& Simulation::integrator() { return *impl_->integrator; }
+double Simulation::time() const { return impl_->now.t; }
+
+const Statistics& Simulation::statistics() const {
+    impl_->statistics = impl_->integrator->statistics();
+    impl_->statistics.seconds.output = impl_->output_seconds;
+    return impl_->statistics;
+}
+
+StepOutcome Simulation::advance_to(double t) {
+    Integrator& integrator = *impl_->integrator;
+    while (integrator.state().t < t) {
+        const StepOutcome outcome = integrator.advance(t);
+        if (!outcome.ok) {
+            impl_->now = integrator.state();
+            return outcome;
+        }
+    }
+    impl_->now = integrator.state();
+    return {};
+}
+
+StepOutcome Simulation::advance_past(double t, double t_end) {
+    Integrator& integrator = *impl_->integrator;
+    while (integrator.state().t < t) {
+        const StepOutcome outcome = integrator.advance(t_end);
+        impl_->now = integrator.state();
+        if (!outcome.ok)
+            return outcome;
+    }
+    return {};
+}
+
+const Sample& Simulation::sample() {
+    impl_->make_sample(impl_->now);
+    return impl_->sample;
+}
+
+const Sample& Simulation::sample_at(double t) {
+    State at;
+    if (t == impl_->integrator->state().t)
+        at = impl_->integrator->state();
+    else
+        impl_->integrator->interpolate(t, at);
+    impl_->make_sample(at);
+    return impl_->sample;
+}
+
+State Simulation::state() const { return impl_->now; }
+
+void Simulation::restore(const State& state) {
+    if (state.q.size() != impl_->system.positions() || state.u.size() != impl_->system.velocities())
+        throw std::invalid_argument("the state belongs to another system");
+    impl_->integrator->start(state);
+    impl_->now = impl_->integrator->state();
+}
+
+void Simulation::set_load(const std::string& body, const Vec3& force, const Vec3& moment) {
+    const int i = impl_->system.body_index(body);
+    if (i < 0)
+        throw std::invalid_argument("no body named '" + body + "'");
+    if (i >= impl_->system.moving)
+        return; // the ground bears it
+    Integrator& integrator = *impl_->integrator;
+    integrator.workspace().external.segment<3>(6 * i) = force;
+    integrator.workspace().external.segment<3>(6 * i + 3) = moment;
+    integrator.start(impl_->now);
+}
+
+Simulation::Matrices Simulation::matrices() {
+    const System& s = impl_->system;
+    const State& now = impl_->now;
+    Workspace& ws = impl_->ws;
+    ws.angles = now.angles;
+    set_motion(s, now.q, now.u, ws);
+    linearise(s, now.t, now.lambda.data(), ws);
+    return {mass_matrix(s), blocks_as_matrix(s, ws.lin.C), blocks_as_matrix(s, ws.lin.S),
+            rows_as_matrix(s, ws)};
+}
+
+} // namespace gudgeon

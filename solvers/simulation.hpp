@@ -1,0 +1,87 @@
+// A mechanism being simulated: model in, states and samples out. The way in for other programs.
+//
+//   gudgeon::Simulation sim(gudgeon::read_model("chain.json"));
+//   while (sim.time() < 1) { sim.advance_to(sim.time() + 0.01); use(sim.sample()); }
+//
+// One object per thread of use; several objects share nothing. Nothing is printed, nothing exits.
+#pragma once
+
+#include "core/sample.hpp"
+#include "core/user_force.hpp"
+#include "solvers/initial.hpp"
+#include "solvers/integrator.hpp"
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace gudgeon {
+
+struct SimulationOptions {
+    std::string integrator = "gear";
+    IntegratorOptions integration;
+    std::vector<UserForce> user_forces;
+};
+
+/// The mechanism cannot be assembled or its constraints repeat each other; what() names the joints.
+class AssemblyError : public std::runtime_error {
+  public:
+    AssemblyError(const std::string& what, AssemblyReport report)
+        : std::runtime_error(what), report_(std::move(report)) {}
+    const AssemblyReport& report() const { return report_; }
+
+  private:
+    AssemblyReport report_;
+};
+
+class Simulation {
+  public:
+    /// Compiles, assembles, finds redundancy, prepares the integrator. Throws ModelError, AssemblyError,
+    /// std::invalid_argument (unknown integrator).
+    explicit Simulation(Model model, SimulationOptions options = {});
+    ~Simulation();
+    Simulation(Simulation&&) noexcept;
+
+    const System& system() const;
+    const AssemblyReport& assembly() const;
+    const RedundancyReport& redundancy() const;
+    const Statistics& statistics() const;
+    const char* integrator_name() const;
+    const char* linear_solver() const;
+    Integrator& integrator();
+
+    double time() const; // of the last advance_to
+    /// Steps exactly to t >= time(). On failure the state stays at the last accepted step.
+    StepOutcome advance_to(double t);
+
+    /// Steps freely until t lies inside the last accepted step, never beyond t_end; then sample(t).
+    /// Cheaper than advance_to for closely spaced output: steps do not end at output times.
+    StepOutcome advance_past(double t, double t_end);
+
+    /// Sample at the present time, or at a time inside the last step after advance_past. The reference
+    /// stays valid until the next call.
+    const Sample& sample();
+    const Sample& sample_at(double t);
+
+    /// State at time(), to be saved; restore() goes on from a saved state (the integrator starts anew).
+    State state() const;
+    void restore(const State& state);
+
+    /// Load on a body from outside, kept until changed: force at the mass centre (N, global), moment
+    /// (N m, global). The integrator restarts, since forces jump.
+    void set_load(const std::string& body, const Vec3& force, const Vec3& moment);
+
+    /// M, C = -df/du, K = -df/dq + d(G^T lambda)/dq, G at the present state; rows and columns as
+    /// velocities u (6 per moving body), d/dq along body-frame rotations.
+    struct Matrices {
+        CscMatrix M, C, K, G;
+    };
+    Matrices matrices();
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace gudgeon
