@@ -31,20 +31,23 @@ struct Measures {
     Vec6 c, rate;
     Mat3 axes;        // a's joint frame in the global frame
     Vec3 lever;       // from a's mass centre to P_b
-    Gradient<3> turn; // of theta
+    double curvature; // of the rotation vector
+
+    Vec3 theta() const { return c.tail<3>(); }
+    /// E x of rotation_vector::curvature().
+    Vec3 even(const Vec3& x) const { return x + curvature * theta().cross(theta().cross(x)); }
 };
 
 template <class Element> Measures measure(const Evaluation& e, const Element& x) {
     const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
+    const Vec3 wa = x.axes_a.transpose() * a.w, wb = x.axes_b.transpose() * b.w;
     Measures m;
-    m.axes.noalias() = a.A * x.axes_a;
-    const Vec3 p = point_position(b, x.sb) - a.r;
-    m.lever = m.axes.transpose() * p;
-    const Vec3 v = point_velocity(b, x.sb) - a.v - (a.A * a.w).cross(p);
-    const Vec3 theta = rotation_vector::value(a, b, x.qa, x.qb);
-    m.turn = rotation_vector::gradient(theta, x.axes_a, x.axes_b);
-    m.c << m.lever - x.axes_a.transpose() * x.sa, theta;
-    m.rate << m.axes.transpose() * v, m.turn.ta * a.w + m.turn.tb * b.w;
+    m.axes = a.A.lazyProduct(x.axes_a);
+    m.lever = m.axes.transpose() * (point_position(b, x.sb) - a.r);
+    m.c << m.lever - x.axes_a.transpose() * x.sa, rotation_vector::value(a, b, x.qa, x.qb);
+    m.curvature = rotation_vector::curvature(m.theta());
+    m.rate << m.axes.transpose() * (point_velocity(b, x.sb) - a.v) - wa.cross(m.lever),
+        m.even(wb - wa) + 0.5 * m.theta().cross(wa + wb);
     return m;
 }
 
@@ -82,7 +85,8 @@ struct Shift {
 
 template <class Element> Shift shift(const Evaluation& e, const Element& x, const Measures& m) {
     const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
-    const Mat3 axes_a = x.axes_a.transpose(), to_joint = m.axes.transpose(), b_to_joint = to_joint * b.A;
+    const Mat3 axes_a = x.axes_a.transpose(), to_joint = m.axes.transpose();
+    const Mat3 b_to_joint = to_joint.lazyProduct(b.A);
     Shift s;
     s.gradient.ra = -to_joint;
     s.gradient.ta = skew(m.lever) * axes_a;
@@ -92,18 +96,58 @@ template <class Element> Shift shift(const Evaluation& e, const Element& x, cons
     const Mat3 turning = skew(axes_a * a.w);
     const Vec3 relative = to_joint * (point_velocity(b, x.sb) - a.v);
     s.rate_gradient.ra = turning * to_joint;
-    s.rate_gradient.ta = (skew(relative) - turning * skew(m.lever)) * axes_a;
-    s.rate_gradient.rb = -turning * to_joint;
-    s.rate_gradient.tb = turning * b_to_joint * skew(x.sb) - b_to_joint * skew(b.w.cross(x.sb));
+    s.rate_gradient.ta = skew(relative) * axes_a - turning * s.gradient.ta;
+    s.rate_gradient.rb = -s.rate_gradient.ra;
+    s.rate_gradient.tb = -turning * s.gradient.tb - b_to_joint * skew(b.w.cross(x.sb));
     return s;
+}
+
+// out += B^T diag(weight) B, symmetric, with B_ra = -B_rb.
+void add_damping(const Vec3& weight, const Gradient<3>& b, BlockMatrix& out) {
+    const Mat3 r = weight.asDiagonal() * b.rb, ta = weight.asDiagonal() * b.ta;
+    const Mat3 tb = weight.asDiagonal() * b.tb;
+    const Mat3 rr = b.rb.transpose().lazyProduct(r), rta = b.rb.transpose().lazyProduct(ta);
+    const Mat3 rtb = b.rb.transpose().lazyProduct(tb), tatb = b.ta.transpose().lazyProduct(tb);
+    out.block[0][0] += rr;
+    out.block[0][1] -= rta;
+    out.block[0][2] -= rr;
+    out.block[0][3] -= rtb;
+    out.block[1][0] -= rta.transpose();
+    out.block[1][1] += b.ta.transpose().lazyProduct(ta);
+    out.block[1][2] += rta.transpose();
+    out.block[1][3] += tatb;
+    out.block[2][0] -= rr;
+    out.block[2][1] += rta;
+    out.block[2][2] += rr;
+    out.block[2][3] += rtb;
+    out.block[3][0] -= rtb.transpose();
+    out.block[3][1] += tatb.transpose();
+    out.block[3][2] += rtb.transpose();
+    out.block[3][3] += b.tb.transpose().lazyProduct(tb);
+}
+
+// displacement::add_geometric() for the three axes together: with X the axes in a, row a's rotation takes
+// X skew(push) B, its column the transpose, and b's rotation the turning of its own lever.
+void add_push_stiffness(const Mat3& axes_a, const Vec3& push, const Gradient<3>& b, const Vec3& sb,
+                        const Vec3& force_in_b, BlockMatrix& out) {
+    const Mat3 turn = axes_a.lazyProduct(skew(push));
+    const Mat3 r = turn.lazyProduct(b.rb), tb = turn.lazyProduct(b.tb);
+    out.block[1][0] -= r;
+    out.block[1][1] += turn.lazyProduct(b.ta);
+    out.block[1][2] += r;
+    out.block[1][3] += tb;
+    out.block[0][1] -= r.transpose();
+    out.block[2][1] += r.transpose();
+    out.block[3][1] += tb.transpose();
+    out.block[3][3] += skew(sb).lazyProduct(skew(force_in_b));
 }
 
 // out += left^T right where only rotations take part.
 void add_rotation_product(const Gradient<3>& left, const Gradient<3>& right, BlockMatrix& out) {
-    out.block[1][1] += left.ta.transpose() * right.ta;
-    out.block[1][3] += left.ta.transpose() * right.tb;
-    out.block[3][1] += left.tb.transpose() * right.ta;
-    out.block[3][3] += left.tb.transpose() * right.tb;
+    out.block[1][1] += left.ta.transpose().lazyProduct(right.ta);
+    out.block[1][3] += left.ta.transpose().lazyProduct(right.tb);
+    out.block[3][1] += left.tb.transpose().lazyProduct(right.ta);
+    out.block[3][3] += left.tb.transpose().lazyProduct(right.tb);
 }
 
 } // namespace
@@ -113,11 +157,12 @@ PairWrench BushingKernel<Elasticity>::wrench(const Evaluation& e, const Element&
     const Measures m = measure(e, x);
     const Vec6 g = force_of(x, m, nullptr);
     const Vec3 push = g.head<3>(), twist = g.tail<3>();
+    const Vec3 even = m.even(twist), odd = 0.5 * m.theta().cross(twist);
     PairWrench w;
     w.force_a = m.axes * push;
     w.force_b = -w.force_a;
-    w.moment_a = x.axes_a * m.lever.cross(push) - m.turn.ta.transpose() * twist;
-    w.moment_b = (e.body[x.b].A.transpose() * w.force_a).cross(x.sb) - m.turn.tb.transpose() * twist;
+    w.moment_a = x.axes_a * (m.lever.cross(push) + even + odd);
+    w.moment_b = (e.body[x.b].A.transpose() * w.force_a).cross(x.sb) - x.axes_b * (even - odd);
     return w;
 }
 
@@ -133,15 +178,17 @@ void BushingKernel<Elasticity>::linearise(const Evaluation& e, const Element& x,
 
     const Shift d = shift(e, x, m);
     const Vec3 d_damping = x.damping.template head<3>(), d_slope = slope.head<3>();
-    add_difference_product(d.gradient, weighted(d_damping, d.gradient), c);
+    add_damping(d_damping, d.gradient, c);
     add_difference_product(d.gradient, restoring(d_slope, d.gradient, d_damping, d.rate_gradient), s);
-    displacement::add_geometric(a, b, x.sa, x.sb, x.axes_a * g.head<3>(), s);
+    const Vec3 force = m.axes * g.head<3>();
+    add_push_stiffness(x.axes_a, g.head<3>(), d.gradient, x.sb, b.A.transpose() * force, s);
 
     const Vec3 theta = m.c.tail<3>(), damping = x.damping.template tail<3>(), t_slope = slope.tail<3>();
-    const Gradient<3> turn_rate = rotation_vector::rate_gradient(a, b, theta, x.axes_a, x.axes_b, m.turn);
-    add_rotation_product(m.turn, weighted(damping, m.turn), c);
-    add_rotation_product(m.turn, restoring(t_slope, m.turn, damping, turn_rate), s);
-    rotation_vector::add_geometric(theta, x.axes_a, x.axes_b, m.turn, g.tail<3>(), s);
+    const Gradient<3> turn = rotation_vector::gradient(theta, x.axes_a, x.axes_b);
+    const Gradient<3> turn_rate = rotation_vector::rate_gradient(a, b, theta, x.axes_a, x.axes_b, turn);
+    add_rotation_product(turn, weighted(damping, turn), c);
+    add_rotation_product(turn, restoring(t_slope, turn, damping, turn_rate), s);
+    rotation_vector::add_geometric(theta, x.axes_a, x.axes_b, turn, g.tail<3>(), s);
 }
 
 template <class Elasticity>

@@ -82,20 +82,19 @@ template <int R> PairWrench conjugate_wrench(const Gradient<R>& b, const Eigen::
             -(b.tb.transpose() * g)};
 }
 
-/// out += left^T N right over all parts.
+/// out += left^T right over all parts.
 template <int R>
-void add_product(const Gradient<R>& left, const Eigen::Matrix<double, R, R>& n, const Gradient<R>& right,
-                 BlockMatrix& out) {
+inline void add_product(const Gradient<R>& left, const Gradient<R>& right, BlockMatrix& out) {
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j)
-            out.block[i][j] += left.part(i).transpose() * (n * right.part(j));
+            out.block[i][j] += left.part(i).transpose().lazyProduct(right.part(j));
 }
 
 /// out += left^T right for measures of a difference of positions: ra = -rb on both sides.
 inline void add_difference_product(const Gradient<3>& left, const Gradient<3>& right, BlockMatrix& out) {
     for (int i = 1; i < 4; ++i)
         for (int j = 1; j < 4; ++j) {
-            const Mat3 m = left.part(i).transpose() * right.part(j);
+            const Mat3 m = left.part(i).transpose().lazyProduct(right.part(j));
             out.block[i][j] += m;
             if (i == 2)
                 out.block[0][j] -= m;
@@ -104,6 +103,11 @@ inline void add_difference_product(const Gradient<3>& left, const Gradient<3>& r
             if (i == 2 && j == 2)
                 out.block[0][0] += m;
         }
+}
+
+/// x f + y g
+template <int R> Gradient<R> combined(double x, const Gradient<R>& f, double y, const Gradient<R>& g) {
+    return {x * f.ra + y * g.ra, x * f.ta + y * g.ta, x * f.rb + y * g.rb, x * f.tb + y * g.tb};
 }
 
 } // namespace gudgeon

@@ -44,12 +44,31 @@ double tension(const Evaluation& e, const Element& x, const Line& l, const Curve
     return spring.value + x.damping * l.rate + actuator(e, x);
 }
 
-Gradient<3> scaled(double factor, Gradient<3> g) {
-    g.ra *= factor;
-    g.ta *= factor;
-    g.rb *= factor;
-    g.tb *= factor;
-    return g;
+// out += factor J^T J with J the gradient of d = P_b - P_a; turn: its parts A skew(s).
+void add_transverse(double factor, const BodyMotion& a, const BodyMotion& b, const Element& x,
+                    BlockMatrix& out) {
+    const Mat3 turn_a = factor * a.A * skew(x.sa), turn_b = factor * b.A * skew(x.sb);
+    const Mat3 unit = factor * Mat3::Identity();
+    const auto square = [&](const Vec3& s) -> Mat3 {
+        return s.squaredNorm() * unit - factor * s * s.transpose();
+    };
+    out.block[0][0] += unit;
+    out.block[0][1] -= turn_a;
+    out.block[0][2] -= unit;
+    out.block[0][3] += turn_b;
+    out.block[1][0] -= turn_a.transpose();
+    out.block[1][1] += square(x.sa);
+    out.block[1][2] += turn_a.transpose();
+    out.block[2][0] -= unit;
+    out.block[2][1] += turn_a;
+    out.block[2][2] += unit;
+    out.block[2][3] -= turn_b;
+    out.block[3][0] += turn_b.transpose();
+    out.block[3][2] -= turn_b.transpose();
+    out.block[3][3] += square(x.sb);
+    const Mat3 both = skew(x.sa) * (a.A.transpose() * turn_b); // -turn_a^T turn_b / factor
+    out.block[1][3] += both;
+    out.block[3][1] += both.transpose();
 }
 
 } // namespace
@@ -62,7 +81,7 @@ PairWrench SpringDamperKernel::wrench(const Evaluation& e, const Element& x) {
 }
 
 // With J the gradient of d = P_b - P_a and B = n^T J the one of l:
-// S = (k - T/l) B^T B + c B^T D + T/l J^T J + geometric stiffness of J.
+// S = B^T ((k - T/l) B + c D) + T/l J^T J + geometric stiffness of J.
 void SpringDamperKernel::linearise(const Evaluation& e, const Element& x, BlockMatrix& c, BlockMatrix& s) {
     const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
     const Line l = line(e, x);
@@ -71,19 +90,14 @@ void SpringDamperKernel::linearise(const Evaluation& e, const Element& x, BlockM
     const bool short_line = l.length <= shortest;
     const double transverse = short_line ? spring.slope : t / l.length;
 
-    const Gradient<3> j = point_difference::gradient(a, b, x.sa, x.sb);
-    add_difference_product(j, scaled(transverse, j), s);
+    add_transverse(transverse, a, b, x, s);
     point_difference::add_geometric(a, b, x.sa, x.sb, t * l.n, s);
     if (short_line)
         return;
-
-    using Scalar = Eigen::Matrix<double, 1, 1>;
     const Gradient<1> g = distance::gradient(a, b, x.sa, x.sb);
-    add_product<1>(g, Scalar(spring.slope - transverse), g, s);
-    if (x.damping == 0)
-        return;
-    add_product<1>(g, Scalar(x.damping), distance::rate_gradient(a, b, x.sa, x.sb), s);
-    add_product<1>(g, Scalar(x.damping), g, c);
+    const Gradient<1> rate = distance::rate_gradient(a, b, x.sa, x.sb);
+    add_product(g, combined(spring.slope - transverse, g, x.damping, rate), s);
+    add_product(g, combined(x.damping, g, 0, g), c);
 }
 
 EnergyRates SpringDamperKernel::energies(const Evaluation& e, const Element& x) {

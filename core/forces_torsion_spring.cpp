@@ -29,9 +29,8 @@ void TorsionSpringKernel::linearise(const Evaluation& e, const Element& x, Block
     const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
     const Gradient<1> g = angle::gradient(a, b, x.frames);
     const CurveValue spring = elastic(e, x);
-    add_product<1>(g, Scalar(x.damping), g, c);
-    add_product<1>(g, Scalar(spring.slope), g, s);
-    add_product<1>(g, Scalar(x.damping), angle::rate_gradient(a, b, x.frames), s);
+    add_product(g, combined(x.damping, g, 0, g), c);
+    add_product(g, combined(spring.slope, g, x.damping, angle::rate_gradient(a, b, x.frames)), s);
     angle::add_geometric(a, b, x.frames, spring.value + x.damping * rate(e, x, g), s);
 }
 

@@ -251,6 +251,8 @@ Vec3 value(const BodyMotion& a, const BodyMotion& b, const Vec4& qa, const Vec4&
     return sign * factor * rel.vec();
 }
 
+double curvature(const Vec3& theta) { return coefficients(theta.squaredNorm()).c; }
+
 Gradient<3> gradient(const Vec3& theta, const Mat3& axes_a, const Mat3& axes_b) {
     const Mat3 t = skew(theta);
     const Mat3 even = Mat3::Identity() + coefficients(theta.squaredNorm()).c * t * t;

@@ -89,6 +89,10 @@ namespace rotation_vector {
 inline constexpr CouplingMask coupling = alignment::coupling;
 /// qa, qb: Euler parameters of the joint frames in their bodies.
 Vec3 value(const BodyMotion& a, const BodyMotion& b, const Vec4& qa, const Vec4& qb);
+/// With omega_a, omega_b in the two joint frames:
+/// theta' = E (omega_b - omega_a) + 1/2 theta x (omega_a + omega_b), E x = x + c theta x (theta x x);
+/// this is c = (1 - (|theta|/2) cot(|theta|/2)) / |theta|^2.
+double curvature(const Vec3& theta);
 Gradient<3> gradient(const Vec3& theta, const Mat3& axes_a, const Mat3& axes_b);
 Gradient<3> rate_gradient(const BodyMotion& a, const BodyMotion& b, const Vec3& theta, const Mat3& axes_a,
                           const Mat3& axes_b, const Gradient<3>& gradient);
