@@ -12,12 +12,17 @@
 namespace gudgeon {
 
 namespace {
+// BDF of order 3 and more is unstable in lobes of lightly damped modes; there it is rejected again and
+// again. Two rejections close to each other bar the order for a while (order 2 has no lobe), not for good.
+constexpr long rejection_window = 20; // steps
+constexpr int cap_length = 30;        // steps
 constexpr double growth_limit = 2.0;
 constexpr double growth_worth = 1.2; // smaller growth is not worth a new matrix
 } // namespace
 
 Gear::Gear(const System& system, const IntegratorOptions& options)
     : system_(system), options_(options), ws_(make_workspace(system, options.threads)), saddle_(system),
+      solver_({.refinements = 0}), // the sweeps themselves refine
       consistent_(system), norm_(system, options.rtol, options.atol) {
     const Eigen::Index nq = system.positions(), n = system.velocities(), m = system.row_count();
     options_.max_order = std::clamp(options_.max_order, 1, 5);
@@ -146,6 +151,13 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
     }
     if (error_.norm > 1 || !std::isfinite(error_.norm)) {
         reject(StepReason::error_test, error_.norm);
+        if (order_ > 2) {
+            if (statistics_.steps - last_rejection_ < rejection_window) {
+                order_cap_ = order_ - 1;
+                cap_steps_ = cap_length;
+            }
+            last_rejection_ = statistics_.steps;
+        }
         const double lower =
             order_ > 1 ? error_at_order(order_ - 1, history_.next_q(), history_.next_u()) : error_.norm;
         if (rejections_in_row_ == 1 && std::isfinite(error_.norm)) {
@@ -232,6 +244,8 @@ void Gear::choose_next(double error) {
     const auto factor = [](double e, int order, double bias) {
         return std::pow(bias * std::max(e, 1e-10), -1.0 / (order + 1));
     };
+    if (cap_steps_ > 0 && --cap_steps_ == 0)
+        order_cap_ = 5;
     int best = order_;
     double growth = factor(error, order_, 2.0);
     if (steps_at_order_ > order_) {
@@ -242,7 +256,7 @@ void Gear::choose_next(double error) {
                 best = order_ - 1;
             }
         }
-        if (order_ < options_.max_order && real_points_ >= order_ + 2) {
+        if (order_ < std::min(options_.max_order, order_cap_) && real_points_ >= order_ + 2) {
             const double higher = factor(error_at_order(order_ + 1, q, u), order_ + 1, 3.0);
             if (higher > growth) {
                 growth = higher;

@@ -77,6 +77,8 @@ class Gear final : public Integrator {
     bool matrix_fresh_ = false, refresh_wanted_ = false;
     double contraction_ = 0.5;
     int real_points_ = 0; // of the history, without the one made up at the start
+    int order_cap_ = 5, cap_steps_ = 0;
+    long last_rejection_ = -1000;
     int steps_at_order_ = 0, rejections_in_row_ = 0;
 
     std::array<double, BdfHistory::capacity> power_t_{}, dissipated_power_{}, input_power_{};

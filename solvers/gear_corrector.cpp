@@ -17,7 +17,8 @@ namespace {
 constexpr int most_sweeps = 6;
 constexpr double newton_share = 0.1;        // of the error limit left to the corrector
 constexpr double slow_contraction = 0.3;    // above, the matrix is renewed for the next step
-constexpr double constraint_target = 1e-11; // m, m/s, rad, rad/s: closed after the corrector converged
+constexpr double constraint_target = 2e-11; // m, rad: closed after the corrector converged
+constexpr double velocity_target = 8e-11;   // m/s, rad/s
 constexpr int most_polish = 10;
 
 double largest(const VecX& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
@@ -157,7 +158,7 @@ bool Gear::close_constraints(double t) {
         phi_worst_ = largest(ws_.phi);
         rate_worst_ = largest(ws_.rate);
         const double round_off = 1e-15 * (largest(history_.next_q()) + largest(history_.next_u()));
-        const double open = std::max(phi_worst_, 0.1 * rate_worst_);
+        const double open = std::max(phi_worst_, constraint_target / velocity_target * rate_worst_);
         if (open <= std::max(constraint_target, round_off))
             return true;
         if (!(open < 1e3 * last))

@@ -19,7 +19,7 @@ namespace {
 constexpr double round_off = std::numeric_limits<double>::epsilon();
 constexpr double refined_enough = 8 * round_off; // backward error that needs no correction
 constexpr double suspicious_pivot = 1e-9;        // share of its column: worth a condition number
-constexpr double hopeless_backward_error = 1e-5; // one refinement does not repair this: choose new pivots
+constexpr double hopeless_residual = 1e-5;       // of the largest terms: one refinement does not repair this
 
 /// Column k of L or U inside KLU's packed storage: len indices, padded to whole doubles, then len values.
 struct FactorColumn {
@@ -79,7 +79,10 @@ struct KluSolver::Impl {
     bool pivots_serve();
     bool nearly_singular();
     void reserve_columns(int columns);
-    double form_residual(int column);
+    struct BackwardError {
+        double componentwise = 0, normwise = 0;
+    };
+    BackwardError form_residual(int column);
     void solve_scaled(std::vector<double>& x, int columns);
 };
 
@@ -210,8 +213,8 @@ void KluSolver::Impl::reserve_columns(int columns) {
     residual.resize(needed);
 }
 
-/// residual = rhs - A x of one column; returns the componentwise backward error (Oettli & Prager 1964).
-double KluSolver::Impl::form_residual(int column) {
+/// residual = rhs - A x of one column, with its backward errors (Oettli & Prager 1964; Rigal & Gaches 1967).
+KluSolver::Impl::BackwardError KluSolver::Impl::form_residual(int column) {
     const int n = pattern.cols;
     const std::size_t offset = static_cast<std::size_t>(n) * column;
     const double* b = scaled_rhs.data() + offset;
@@ -228,10 +231,16 @@ double KluSolver::Impl::form_residual(int column) {
             r[pattern.row[p]] -= t;
             size[pattern.row[p]] += std::abs(t);
         }
-    double error = 0;
-    for (int i = 0; i < n; ++i)
+    BackwardError error;
+    double largest_residual = 0, largest_size = 0;
+    for (int i = 0; i < n; ++i) {
+        largest_residual = std::max(largest_residual, std::abs(r[i]));
+        largest_size = std::max(largest_size, size[i]);
         if (r[i] != 0)
-            error = std::max(error, std::abs(r[i]) / size[i]);
+            error.componentwise = std::max(error.componentwise, std::abs(r[i]) / size[i]);
+    }
+    if (largest_residual > 0)
+        error.normwise = largest_residual / largest_size;
     return error;
 }
 
@@ -340,11 +349,14 @@ void KluSolver::solve(std::span<double> rhs, int columns) {
     s.solve_scaled(s.solution, columns);
     for (int sweep = 0; sweep < s.options.refinements; ++sweep) {
         double error = 0;
-        for (int c = 0; c < columns; ++c)
-            error = std::max(error, s.form_residual(c));
+        for (int c = 0; c < columns; ++c) {
+            const Impl::BackwardError e = s.form_residual(c);
+            error = std::max(error, e.componentwise);
+            // componentwise errors of a nearly empty right-hand side say nothing about the pivots
+            s.new_pivots = s.new_pivots || e.normwise > hopeless_residual;
+        }
         if (sweep == 0)
             s.counts.worst_backward_error = std::max(s.counts.worst_backward_error, error);
-        s.new_pivots = s.new_pivots || error > hopeless_backward_error;
         if (!(error > refined_enough))
             break;
         s.solve_scaled(s.residual, columns);
