@@ -16,6 +16,7 @@ namespace {
 
 constexpr int most_sweeps = 6;
 constexpr double newton_share = 0.1;        // of the error limit left to the corrector
+constexpr double contraction_ageing = 1.3;  // per step: what was measured long ago may no longer hold
 constexpr double slow_contraction = 0.3;    // above, the matrix is renewed for the next step
 constexpr double constraint_target = 2e-11; // m, rad: closed after the corrector converged
 constexpr double velocity_target = 8e-11;   // m/s, rad/s
@@ -109,6 +110,7 @@ void Gear::apply_increment() {
 
 Gear::Corrector Gear::correct(double t) {
     double last = 0;
+    contraction_ = std::min(0.9, contraction_ageing * contraction_);
     const bool stale = matrix_a0_ == 0 || refresh_wanted_ || std::abs(a0_ / matrix_a0_ - 1) > 0.25;
     for (int sweep = 1; sweep <= most_sweeps; ++sweep) {
         residual(t);
