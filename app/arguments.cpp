@@ -1,0 +1,202 @@
+#include "app/arguments.hpp"
+
+#include "app/exit_codes.hpp"
+#include "app/numbers.hpp"
+#include "core/words.hpp"
+#include "solvers/integrator.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace gudgeon {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Everything as typed; numbers are read by ourselves, so that messages name value and range.
+struct Typed {
+    ModelArguments model;
+    std::vector<std::string> parameters, channels;
+    std::map<std::string, std::string> options;
+    bool quiet = false;
+};
+
+std::map<std::string, std::string> split_parameters(const std::vector<std::string>& assignments) {
+    std::map<std::string, std::string> out;
+    for (const std::string& text : assignments) {
+        const std::size_t equals = text.find('=');
+        if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+            throw UsageError("--param", fmt::format("'{}' assigns nothing", text), "name=value");
+        if (!out.emplace(text.substr(0, equals), text.substr(equals + 1)).second)
+            throw UsageError("--param", fmt::format("'{}' is given twice", text.substr(0, equals)),
+                             "one value per parameter");
+    }
+    return out;
+}
+
+void add_model(CLI::App& command, Typed& typed, const char* name, const char* help) {
+    command.add_option(name, typed.model.model, help)->required();
+    command.add_option("--param", typed.parameters, "value of a parameter of the model; may be repeated")
+        ->type_name("NAME=VALUE")
+        ->allow_extra_args(false);
+}
+
+void add_run_options(CLI::App& command, Typed& typed) {
+    const auto option = [&](const char* name, const char* value, const char* help) {
+        command
+            .add_option_function<std::string>(
+                name, [&typed, name](const std::string& text) { typed.options[name] = text; }, help)
+            ->type_name(value);
+    };
+    option("--integrator", "WORD", "auto (gear), gear, ida or rk4");
+    option("--formulation", "WORD", "auto (saddle-point) or saddle-point");
+    option("--rtol", "X", "relative error of a step, 1e-6");
+    option("--atol", "X", "absolute error of a step (m, m/s, rad/s), as --rtol");
+    option("--step", "S", "rk4: the step, 1e-3 s; elsewhere the largest step");
+    option("--max-order", "K", "highest order of gear and ida, 1 to 5");
+    option("--end", "S", "length of the run; default: of the model, else 1 s");
+    option("--every", "S", "output interval; default: of the model, else a hundredth of the run");
+    command
+        .add_option("--channels", typed.channels,
+                    "columns by name with * and ?, several divided by commas; default: all up to 2000")
+        ->type_name("GLOB,...")
+        ->delimiter(',')
+        ->allow_extra_args(false);
+    option("--threads", "N", "threads, 1; the results do not depend on them");
+    option("--start", "WORD", "as-given: the pose of the model, assembled where it violates the constraints");
+    option("--out", "DIR", "folder of the results, ./NAME by default; earlier results in it are replaced");
+    command.add_flag("--quiet", typed.quiet, "print errors only");
+}
+
+std::string choice(const Typed& typed, const std::string& option, const std::vector<std::string>& allowed,
+                   const std::vector<std::string>& later) {
+    const auto found = typed.options.find(option);
+    if (found == typed.options.end())
+        return allowed.front();
+    const std::string& word = found->second;
+    if (std::ranges::find(later, word) != later.end())
+        throw UsageError(option, fmt::format("'{}' is not available in this version", word), listed(allowed));
+    if (std::ranges::find(allowed, word) == allowed.end())
+        throw UsageError(option, fmt::format("unknown word '{}'", word),
+                         suggestion(word, allowed) + listed(allowed));
+    return word;
+}
+
+std::optional<double> positive(const Typed& typed, const std::string& option, double least = 0,
+                               double most = infinity) {
+    const auto found = typed.options.find(option);
+    if (found == typed.options.end())
+        return std::nullopt;
+    const std::optional<double> value = to_number(found->second);
+    if (value && *value > 0 && *value >= least && *value <= most)
+        return value;
+    const std::string lower = least > 0 ? fmt::format("from {}", least) : "above 0";
+    const std::string upper = most < infinity ? fmt::format("up to {}", most) : "finite";
+    throw UsageError(option,
+                     value ? fmt::format("{} is not allowed", found->second)
+                           : fmt::format("'{}' is no finite number", found->second),
+                     fmt::format("numbers {}, {}", lower, upper));
+}
+
+int whole(const Typed& typed, const std::string& option, int most, int fallback) {
+    const auto found = typed.options.find(option);
+    if (found == typed.options.end())
+        return fallback;
+    const std::optional<double> value = to_number(found->second);
+    if (!value || *value < 1 || *value > most || *value != static_cast<int>(*value))
+        throw UsageError(option, fmt::format("'{}' is not allowed", found->second),
+                         fmt::format("whole numbers from 1 to {}", most));
+    return static_cast<int>(*value);
+}
+
+RunArguments run_arguments(const Typed& typed, ModelArguments model) {
+    RunArguments run;
+    run.model = std::move(model);
+    std::vector<std::string> integrators{"auto"};
+    integrators.insert(integrators.end(), integrator_names().begin(), integrator_names().end());
+    run.integrator = choice(typed, "--integrator", integrators, {});
+    run.formulation = choice(typed, "--formulation", {"auto", "saddle-point"}, {"augmented-lagrangian"});
+    run.start = choice(typed, "--start", {"as-given"}, {"equilibrium"});
+    run.rtol = positive(typed, "--rtol", 1e-14, 1).value_or(run.rtol);
+    run.atol = positive(typed, "--atol");
+    run.step = positive(typed, "--step");
+    run.end = positive(typed, "--end");
+    run.every = positive(typed, "--every");
+    run.threads = whole(typed, "--threads", 1024, run.threads);
+    run.max_order = whole(typed, "--max-order", 5, run.max_order);
+    for (const std::string& glob : typed.channels)
+        if (glob.empty())
+            throw UsageError("--channels", "an empty name", "names with * and ?, divided by commas");
+    run.channels = typed.channels;
+    if (const auto out = typed.options.find("--out"); out != typed.options.end()) {
+        if (out->second.empty())
+            throw UsageError("--out", "an empty name", "a folder");
+        run.out = out->second;
+    }
+    run.quiet = typed.quiet;
+    run.given = typed.options;
+    return run;
+}
+
+/// Named here, since CLI11 only says that a command is missing.
+void check_command(const std::vector<std::string>& args) {
+    const std::vector<std::string> commands{"run", "check", "list", "export"};
+    const std::string allowed = listed(commands) + ", --version, --help";
+    if (args.empty())
+        throw UsageError("command line", "no command", allowed);
+    if (!args[0].starts_with('-') && std::ranges::find(commands, args[0]) == commands.end())
+        throw UsageError("command line", fmt::format("unknown command '{}'", args[0]),
+                         suggestion(args[0], commands) + allowed);
+}
+
+} // namespace
+
+Arguments parse_arguments(const std::vector<std::string>& args) {
+    CLI::App app("Multibody dynamics with perfect, compliant and worn joints.", "gudgeon");
+    app.set_version_flag("--version", "gudgeon " GUDGEON_VERSION);
+    app.require_subcommand(1);
+    app.footer("Exit: 0 ok, 2 usage or model refused, 3 cannot be assembled, 4 integration stopped, 5 files, "
+               "130 interrupted.");
+    Typed typed;
+    const char* model = "a model file (JSON) or a ready mechanism's name";
+    CLI::App* run = app.add_subcommand("run", "simulate a model");
+    add_model(*run, typed, "MODEL", model);
+    add_run_options(*run, typed);
+    CLI::App* check =
+        app.add_subcommand("check", "validate, compile and assemble a model, without running it");
+    add_model(*check, typed, "MODEL", model);
+    CLI::App* list = app.add_subcommand("list", "the ready mechanisms with their parameters");
+    CLI::App* written = app.add_subcommand("export", "a ready mechanism as a JSON model");
+    add_model(*written, typed, "NAME", "a ready mechanism's name");
+
+    check_command(args);
+    Arguments out;
+    try {
+        app.parse(std::vector<std::string>(args.rbegin(), args.rend())); // last one first
+    } catch (const CLI::CallForHelp&) {
+        const auto chosen = app.get_subcommands();
+        out.text = chosen.empty() ? app.help() : chosen.front()->help("gudgeon");
+        return out;
+    } catch (const CLI::CallForVersion& version) {
+        out.text = std::string(version.what()) + "\n";
+        return out;
+    } catch (const CLI::ParseError& error) {
+        throw UsageError("command line", error.what(), "what 'gudgeon --help' and 'gudgeon run --help' list");
+    }
+    typed.model.parameters = split_parameters(typed.parameters);
+    using Command = Arguments::Command;
+    out.command = *run     ? Command::run
+                  : *check ? Command::check
+                  : *list  ? Command::list
+                           : Command::export_model;
+    if (out.command == Command::run)
+        out.run = run_arguments(typed, typed.model);
+    out.model = std::move(typed.model);
+    return out;
+}
+
+} // namespace gudgeon

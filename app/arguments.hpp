@@ -1,0 +1,41 @@
+// The command line in words: what the user asked for, checked as far as that goes without the model.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace gudgeon {
+
+struct ModelArguments {
+    std::string model; // file or ready mechanism
+    std::map<std::string, std::string> parameters;
+};
+
+struct RunArguments {
+    ModelArguments model;
+    std::string integrator = "auto", formulation = "auto", start = "as-given";
+    double rtol = 1e-6;
+    std::optional<double> atol;  // rtol if absent
+    std::optional<double> step;  // s
+    std::optional<double> end;   // s
+    std::optional<double> every; // s
+    std::vector<std::string> channels;
+    int threads = 1, max_order = 5;
+    std::optional<std::string> out;
+    bool quiet = false;
+    std::map<std::string, std::string> given; // options as typed, for the record
+};
+
+struct Arguments {
+    enum class Command { run, check, list, export_model, text } command = Command::text;
+    RunArguments run;     // of run
+    ModelArguments model; // of check and export
+    std::string text;     // help or version, to be printed
+};
+
+/// args: without the program's name. Throws UsageError.
+Arguments parse_arguments(const std::vector<std::string>& args);
+
+} // namespace gudgeon

@@ -1,0 +1,23 @@
+// MODEL of the command line -> Model.
+#pragma once
+
+#include "app/arguments.hpp"
+#include "core/model.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace gudgeon {
+
+struct LoadedModel {
+    Model model;
+    bool ready = false;                // a ready mechanism, not a file
+    nlohmann::ordered_json parameters; // as used; words too
+};
+
+/// A file where there is one of this name, else a ready mechanism. Throws UsageError, FileError, ModelError.
+LoadedModel load_model(const ModelArguments& arguments);
+
+/// Ready mechanisms only.
+LoadedModel load_mechanism(const ModelArguments& arguments);
+
+} // namespace gudgeon

@@ -1,0 +1,65 @@
+#include "app/result_files.hpp"
+
+#include "core/reader.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace gudgeon {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void make_folder(const fs::path& folder) {
+    std::error_code error;
+    if (fs::is_directory(folder, error))
+        return;
+    if (fs::exists(folder, error))
+        throw FileError(
+            fmt::format("{}: is no folder; allowed: --out with a folder for the results", folder.string()));
+    fs::create_directories(folder, error);
+    if (error)
+        throw FileError(fmt::format("{}: cannot be made: {}", folder.string(), error.message()));
+}
+
+void remove_earlier(const fs::path& file) {
+    std::error_code error;
+    if (fs::is_directory(fs::symlink_status(file, error)))
+        throw FileError(fmt::format("{}: is a folder, where a file of results belongs", file.string()));
+    fs::remove(file, error);
+    if (error)
+        throw FileError(fmt::format("{}: cannot be replaced: {}", file.string(), error.message()));
+}
+
+} // namespace
+
+ResultFiles::ResultFiles(const fs::path& folder, const Channels& channels) : folder_(folder) {
+    make_folder(folder);
+    for (const char* name : {"trajectory.csv", "trajectory.h5", "summary.json"})
+        remove_earlier(folder / name);
+    csv_.emplace(folder / "trajectory.csv", channels.names());
+    hdf5_.emplace(folder / "trajectory.h5", channels.names(), channels.units());
+}
+
+void ResultFiles::append(double t, std::span<const double> values) {
+    csv_->append(t, values);
+    hdf5_->append(t, values);
+}
+
+void ResultFiles::flush() {
+    csv_->flush();
+    hdf5_->flush();
+}
+
+void ResultFiles::write_summary(const nlohmann::ordered_json& summary) {
+    const fs::path file = folder_ / "summary.json";
+    std::ofstream stream(file, std::ios::binary);
+    stream << summary.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
+    if (!stream.flush())
+        throw FileError(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
+}
+
+} // namespace gudgeon

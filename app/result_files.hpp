@@ -1,0 +1,34 @@
+// The folder of results: trajectory.csv, trajectory.h5, summary.json.
+#pragma once
+
+#include "app/csv_file.hpp"
+#include "app/hdf5_file.hpp"
+#include "core/channels.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <optional>
+
+namespace gudgeon {
+
+class ResultFiles {
+  public:
+    /// Makes the folder if needed, removes earlier results of these names and begins new ones. Throws
+    /// FileError, as do the others.
+    ResultFiles(const std::filesystem::path& folder, const Channels& channels);
+
+    const std::filesystem::path& folder() const { return folder_; }
+    Hdf5File& hdf5() { return *hdf5_; }
+
+    void append(double t, std::span<const double> values);
+    /// Everything so far is on the disk and both trajectories can be read.
+    void flush();
+    void write_summary(const nlohmann::ordered_json& summary);
+
+  private:
+    std::filesystem::path folder_;
+    std::optional<CsvFile> csv_;
+    std::optional<Hdf5File> hdf5_;
+};
+
+} // namespace gudgeon

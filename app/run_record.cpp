@@ -1,0 +1,189 @@
+#include "app/run_record.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace gudgeon {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+/// CPU seconds by phase: wall-clock shares of the time loop, scaled to the CPU time it took.
+ordered_json phases(const PhaseTimes& now, const RunRecord& record) {
+    const PhaseTimes& before = record.setup_phases;
+    const std::pair<const char*, double> spent[] = {
+        {"evaluate", now.evaluate - before.evaluate},
+        {"assemble", now.assemble - before.assemble},
+        {"factor", now.factor - before.factor},
+        {"solve", now.solve - before.solve},
+        {"control", now.control - before.control},
+        {"output", now.output - before.output + record.write_seconds}};
+    const double scale = record.wall_seconds > 0 ? record.cpu_seconds / record.wall_seconds : 0;
+    ordered_json out{{"setup", record.setup_seconds}};
+    double rest = record.cpu_seconds;
+    for (const auto& [name, seconds] : spent) {
+        out[name] = scale * seconds;
+        rest -= scale * seconds;
+    }
+    out["other"] = std::max(rest, 0.0);
+    return out;
+}
+
+ordered_json assembly_json(const System& system, const AssemblyReport& report) {
+    ordered_json changes = ordered_json::object();
+    for (const AssemblyReport::Change& c : report.changes)
+        changes[system.body_names[c.body]] = {{"shift", c.shift},
+                                              {"turn", c.turn},
+                                              {"velocity", c.velocity},
+                                              {"angular_velocity", c.angular_velocity}};
+    return {{"position_before", report.position_before},
+            {"velocity_before", report.velocity_before},
+            {"position_after", report.position_after},
+            {"velocity_after", report.velocity_after},
+            {"changes", changes}};
+}
+
+ordered_json settings(const RunArguments& given, const SimulationOptions& used, const OutputGrid& grid) {
+    ordered_json typed(given.given);
+    if (given.given.empty())
+        typed = ordered_json::object();
+    if (!given.channels.empty())
+        typed["--channels"] = given.channels;
+    const IntegratorOptions& o = used.integration;
+    ordered_json out{{"integrator", used.integrator},
+                     {"formulation", "saddle-point"},
+                     {"rtol", o.rtol},
+                     {"atol", o.atol},
+                     {"step", o.step},
+                     {"max_order", o.max_order},
+                     {"end", grid.end()},
+                     {"every", grid.every()},
+                     {"threads", o.threads},
+                     {"start", given.start}};
+    return {{"given", typed}, {"used", out}};
+}
+
+void add_counts(ordered_json& out, const Statistics& s) {
+    out["steps"] = s.steps;
+    out["rejected_error"] = s.rejected_error;
+    out["rejected_newton"] = s.rejected_newton;
+    out["rejected_contact"] = s.rejected_contact;
+    out["newton_sweeps"] = s.newton_sweeps;
+    out["constraint_polish"] = s.constraint_polish;
+    out["evaluations"] = s.evaluations;
+    out["factorisations"] = s.factorisations;
+    out["refactorisations"] = s.refactorisations;
+    out["order_histogram"] = s.order_histogram;
+    out["smallest_step"] = s.smallest_step; // null before the first step
+    out["largest_step"] = s.largest_step;
+    out["nnz_matrix"] = s.nnz_matrix;
+    out["nnz_factors"] = s.nnz_factors;
+    out["constraint_position_max"] = s.constraint_position_max;
+    out["constraint_velocity_max"] = s.constraint_velocity_max;
+}
+
+} // namespace
+
+const char* status_name(RunRecord::Status status) {
+    switch (status) {
+    case RunRecord::Status::ok:
+        return "ok";
+    case RunRecord::Status::interrupted:
+        return "interrupted";
+    case RunRecord::Status::failed:
+        break;
+    }
+    return "failed";
+}
+
+ordered_json summary(const RunArguments& arguments, const SimulationOptions& used, const LoadedModel& loaded,
+                     const Simulation& sim, const OutputGrid& grid, const RunRecord& record) {
+    const System& system = sim.system();
+    const Statistics& statistics = sim.statistics();
+    const IntegratorOptions& options = used.integration;
+    ordered_json out{{"model", loaded.model.name},
+                     {"source", loaded.model.source},
+                     {"version", GUDGEON_VERSION},
+                     {"parameters", loaded.parameters},
+                     {"status", status_name(record.status)},
+                     {"reason", record.reason},
+                     {"end", grid.end()},
+                     {"reached", record.reached},
+                     {"every", grid.every()},
+                     {"samples", record.samples},
+                     {"columns", record.columns},
+                     {"integrator", sim.integrator_name()},
+                     {"formulation", "saddle-point"},
+                     {"linear_solver", sim.linear_solver()},
+                     {"rtol", options.rtol},
+                     {"atol", options.atol},
+                     {"threads", options.threads},
+                     {"settings", settings(arguments, used, grid)},
+                     {"bodies", system.model.bodies.size()},
+                     {"bodies_fixed", system.model.bodies.size() - static_cast<std::size_t>(system.moving)},
+                     {"unknowns", system.velocities() + system.row_count()},
+                     {"constraint_rows", system.row_count()},
+                     {"dof", sim.redundancy().dof},
+                     {"redundant", sim.redundancy().dependent.size()},
+                     {"redundant_lines", sim.redundancy().lines(system)},
+                     {"assembly", assembly_json(system, sim.assembly())}};
+    add_counts(out, statistics);
+    out["energy_balance_max"] = record.balance_max;
+    out["cpu_seconds"] = record.cpu_seconds;
+    out["cpu_seconds_by_phase"] = phases(statistics.seconds, record);
+    out["wall_seconds"] = record.wall_seconds;
+    out["contacts"] = ordered_json::object();
+    return out;
+}
+
+std::string assembly_report(const System& system, const AssemblyReport& report) {
+    constexpr double noticeable = 1e-9;
+    std::vector<AssemblyReport::Change> changes;
+    const auto size = [](const AssemblyReport::Change& c) {
+        return std::max({c.shift, c.turn, c.velocity, c.angular_velocity});
+    };
+    for (const AssemblyReport::Change& c : report.changes)
+        if (size(c) > noticeable)
+            changes.push_back(c);
+    if (changes.empty())
+        return "";
+    std::ranges::stable_sort(changes, std::ranges::greater{}, size);
+    std::string text = fmt::format(
+        "The start was assembled: constraints violated by {:.3g} m (speeds {:.3g} m/s) "
+        "as given, {:.3g} m ({:.3g} m/s) now.\n",
+        report.position_before, report.velocity_before, report.position_after, report.velocity_after);
+    constexpr std::size_t most = 8;
+    for (std::size_t i = 0; i < std::min(changes.size(), most); ++i) {
+        const AssemblyReport::Change& c = changes[i];
+        text += fmt::format(
+            "  {}: moved {:.3g} m, turned {:.3g} rad, velocity {:.3g} m/s, angular velocity {:.3g} rad/s\n",
+            system.body_names[c.body], c.shift, c.turn, c.velocity, c.angular_velocity);
+    }
+    if (changes.size() > most)
+        text += fmt::format("  and {} bodies more\n", changes.size() - most);
+    return text;
+}
+
+std::string run_report(const LoadedModel& loaded, const Simulation& sim, const RunRecord& record,
+                       const std::filesystem::path& folder) {
+    const Statistics& s = sim.statistics();
+    std::string text = fmt::format(
+        "{}: {:.6g} s simulated by {} ({}) in {:.3g} s of CPU time, {:.3g} s to set up\n", loaded.model.name,
+        record.reached, sim.integrator_name(), sim.linear_solver(), record.cpu_seconds, record.setup_seconds);
+    if (record.status == RunRecord::Status::interrupted)
+        text += "  interrupted; what was computed is written\n";
+    text +=
+        fmt::format("  steps: {}, rejected: {} by error, {} by Newton, {} by contact; {:.2f} sweeps a step\n",
+                    s.steps, s.rejected_error, s.rejected_newton, s.rejected_contact,
+                    static_cast<double>(s.newton_sweeps) / static_cast<double>(std::max(s.steps, 1L)));
+    text += fmt::format(
+        "  constraints violated by at most {:.2g} m and {:.2g} m/s; energy balance within {:.2g} J\n",
+        s.constraint_position_max, s.constraint_velocity_max, record.balance_max);
+    text += fmt::format("  {} times x {} columns in {}, trajectory.h5; summary.json\n", record.samples,
+                        record.columns, (folder / "trajectory.csv").string());
+    return text;
+}
+
+} // namespace gudgeon
