@@ -53,8 +53,8 @@ std::string pointer_to(const std::string& parameter) {
 
 std::string allowed_values(const MechanismParameter& p) {
     if (!p.choices.empty())
-        return fmt::format("allowed: {}", fmt::join(p.choices, ", "));
-    return fmt::format("allowed: {} from {} to {}{}{}", p.integer ? "a whole number" : "a number", p.minimum,
+        return fmt::format("{}", fmt::join(p.choices, ", "));
+    return fmt::format("{} from {} to {}{}{}", p.integer ? "a whole number" : "a number", p.minimum,
                        p.maximum, p.unit.empty() ? "" : " ", p.unit);
 }
 
@@ -75,8 +75,7 @@ ParameterValues read_parameters(const Mechanism& mechanism,
             std::any_of(known.begin(), known.end(), [&](const auto& p) { return p.name == name; });
         if (!found)
             throw ModelError(mechanism.name, pointer_to(name),
-                             fmt::format("unknown parameter {} (value {})", name, value),
-                             "allowed: " + names_of(known));
+                             fmt::format("unknown parameter {} (value {})", name, value), names_of(known));
     }
     ParameterValues values;
     for (const MechanismParameter& p : known) {
@@ -97,7 +96,7 @@ Model build_mechanism(const std::string& name, const std::map<std::string, std::
     const Mechanism* mechanism = find_mechanism(name);
     if (!mechanism)
         throw ModelError(name, "", fmt::format("there is no ready mechanism \"{}\"", name),
-                         "allowed: " + names_of(mechanisms()));
+                         names_of(mechanisms()));
     const ParameterValues values = read_parameters(*mechanism, overrides);
     Model model = mechanism->build(values);
     model.name = mechanism->name;

@@ -53,7 +53,7 @@ Model build_heavy_top(const ParameterValues& values) {
     if (iaxial > 2 * iperp * (1 + 1e-12))
         throw ModelError("heavy-top", "/parameters/iaxial",
                          fmt::format("iaxial = {} with iperp = {} belongs to no body", iaxial, iperp),
-                         "allowed: at most twice iperp");
+                         "at most twice iperp");
     Model model;
     const double tilt = values.number("tilt");
     const Vec3 axis(std::sin(tilt), 0, std::cos(tilt));
