@@ -12,4 +12,5 @@ else
 fi
 cmake --build --preset release --target gudgeon
 mkdir -p results
-exec build/release/bin/gudgeon run suspension-chain --param units=100 --out results/suspension-chain
+exec build/release/bin/gudgeon run suspension-chain --param units=100 \
+    --channels 'chassis*.z,energy.*' --out results/suspension-chain

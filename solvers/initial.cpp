@@ -31,8 +31,11 @@ bool close_positions(const System& system, State& state, ConsistentSolver& solve
     for (int i = 0; i < system.moving; ++i)
         for (int j : {0, system.moving - 1})
             size = std::max(size, (system.start[i].r - system.start[j].r).norm());
-    for (const JointRecord& j : system.joints)
-        size = std::max({size, j.a.point.norm(), j.b.point.norm()});
+    for (const JointRecord& j : system.joints) {
+        const Vec3 gap =
+            point_difference::value(system.start[j.a.body], system.start[j.b.body], j.a.point, j.b.point);
+        size = std::max({size, j.a.point.norm(), j.b.point.norm(), gap.norm()});
+    }
     solver.limit_move(std::max(0.2 * size, 1e-6));
     VecX best = state.q;
     double best_phi = std::numeric_limits<double>::infinity();
