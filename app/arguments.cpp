@@ -22,7 +22,7 @@ struct Typed {
     ModelArguments model;
     std::vector<std::string> parameters, channels;
     std::map<std::string, std::string> options;
-    bool quiet = false;
+    bool steps = false, quiet = false;
 };
 
 std::map<std::string, std::string> split_parameters(const std::vector<std::string>& assignments) {
@@ -69,6 +69,8 @@ void add_run_options(CLI::App& command, Typed& typed) {
     option("--threads", "N", "threads, 1; the results do not depend on them");
     option("--start", "WORD", "as-given: the pose of the model, assembled where it violates the constraints");
     option("--out", "DIR", "folder of the results, ./NAME by default; earlier results in it are replaced");
+    command.add_flag("--steps", typed.steps,
+                     "also write steps.csv: every attempted step, its order and outcome");
     command.add_flag("--quiet", typed.quiet, "print errors only");
 }
 
@@ -132,6 +134,7 @@ RunArguments run_arguments(const Typed& typed, ModelArguments model) {
         if (glob.empty())
             throw UsageError("--channels", "an empty name", "names with * and ?, divided by commas");
     run.channels = typed.channels;
+    run.steps = typed.steps;
     if (const auto out = typed.options.find("--out"); out != typed.options.end()) {
         if (out->second.empty())
             throw UsageError("--out", "an empty name", "a folder");

@@ -24,6 +24,7 @@ struct RunArguments {
     std::vector<std::string> channels;
     int threads = 1, max_order = 5;
     std::optional<std::string> out;
+    bool steps = false; // history of steps and orders
     bool quiet = false;
     std::map<std::string, std::string> given; // options as typed, for the record
 };

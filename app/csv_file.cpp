@@ -21,12 +21,14 @@ CsvFile::CsvFile(const std::filesystem::path& file, const std::vector<std::strin
     flush();
 }
 
-void CsvFile::append(double t, std::span<const double> values) {
+void CsvFile::append(double t, std::span<const double> values, std::string_view word) {
     append_number(buffer_, t);
     for (const double value : values) {
         buffer_ += ',';
         append_number(buffer_, value);
     }
+    if (!word.empty())
+        (buffer_ += ',') += word;
     buffer_ += '\n';
     constexpr std::size_t enough = 1 << 18;
     if (buffer_.size() >= enough)

@@ -1,10 +1,11 @@
-// trajectory.csv: header `t,<names>`, one line per output time, 17 significant digits.
+// CSV results: header `t,<names>`, one line per time, 17 significant digits.
 #pragma once
 
 #include <filesystem>
 #include <fstream>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace gudgeon {
@@ -14,7 +15,8 @@ class CsvFile {
     /// Throws FileError, as do the others.
     CsvFile(const std::filesystem::path& file, const std::vector<std::string>& names);
 
-    void append(double t, std::span<const double> values);
+    /// word: a last column of text, where the file has one.
+    void append(double t, std::span<const double> values, std::string_view word = {});
     void flush();
 
   private:

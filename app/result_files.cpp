@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 
@@ -36,12 +37,14 @@ void remove_earlier(const fs::path& file) {
 
 } // namespace
 
-ResultFiles::ResultFiles(const fs::path& folder, const Channels& channels) : folder_(folder) {
+ResultFiles::ResultFiles(const fs::path& folder, const Channels& channels, bool steps) : folder_(folder) {
     make_folder(folder);
-    for (const char* name : {"trajectory.csv", "trajectory.h5", "summary.json"})
+    for (const char* name : {"trajectory.csv", "trajectory.h5", "summary.json", "steps.csv"})
         remove_earlier(folder / name);
     csv_.emplace(folder / "trajectory.csv", channels.names());
     hdf5_.emplace(folder / "trajectory.h5", channels.names(), channels.units());
+    if (steps)
+        steps_.emplace(folder / "steps.csv", std::vector<std::string>{"h", "order", "error", "outcome"});
 }
 
 void ResultFiles::append(double t, std::span<const double> values) {
@@ -49,7 +52,15 @@ void ResultFiles::append(double t, std::span<const double> values) {
     hdf5_->append(t, values);
 }
 
+void ResultFiles::append(const StepRecord& step) {
+    if (steps_)
+        steps_->append(step.t, std::array{step.h, double(step.order), step.error},
+                       step_reason_name(step.reason));
+}
+
 void ResultFiles::flush() {
+    if (steps_)
+        steps_->flush();
     csv_->flush();
     hdf5_->flush();
 }

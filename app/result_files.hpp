@@ -1,9 +1,10 @@
-// The folder of results: trajectory.csv, trajectory.h5, summary.json.
+// The folder of results: trajectory.csv, trajectory.h5, summary.json, and steps.csv where asked for.
 #pragma once
 
 #include "app/csv_file.hpp"
 #include "app/hdf5_file.hpp"
 #include "core/channels.hpp"
+#include "solvers/integrator.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -15,19 +16,21 @@ class ResultFiles {
   public:
     /// Makes the folder if needed, removes earlier results of these names and begins new ones. Throws
     /// FileError, as do the others.
-    ResultFiles(const std::filesystem::path& folder, const Channels& channels);
+    ResultFiles(const std::filesystem::path& folder, const Channels& channels, bool steps = false);
 
     const std::filesystem::path& folder() const { return folder_; }
     Hdf5File& hdf5() { return *hdf5_; }
 
     void append(double t, std::span<const double> values);
+    /// One attempted step; nothing without steps.csv.
+    void append(const StepRecord& step);
     /// Everything so far is on the disk and both trajectories can be read.
     void flush();
     void write_summary(const nlohmann::ordered_json& summary);
 
   private:
     std::filesystem::path folder_;
-    std::optional<CsvFile> csv_;
+    std::optional<CsvFile> csv_, steps_;
     std::optional<Hdf5File> hdf5_;
 };
 

@@ -164,7 +164,9 @@ int run(const RunArguments& arguments, const Console& console) {
     const SimulationOptions options = simulation_options(arguments);
     Simulation sim(loaded.model, options);
     const Channels channels = choose_channels(sim.system(), arguments.channels);
-    ResultFiles files(arguments.out.value_or(loaded.model.name), channels);
+    ResultFiles files(arguments.out.value_or(loaded.model.name), channels, arguments.steps);
+    if (arguments.steps)
+        sim.integrator().on_step = [&files](const StepRecord& step) { files.append(step); };
     begin_hdf5(files.hdf5(), loaded, options, sim);
     record.columns = channels.names().size();
     record.setup_phases = sim.statistics().seconds;

@@ -55,6 +55,9 @@ enum class StepReason {
     constraints
 };
 
+/// In words: "accepted", "error", ...
+const char* step_reason_name(StepReason reason);
+
 struct StepOutcome {
     bool ok = true;
     StepReason reason = StepReason::none;

@@ -21,6 +21,28 @@ const std::vector<std::pair<std::string, Maker>>& makers() {
 }
 } // namespace
 
+const char* step_reason_name(StepReason reason) {
+    switch (reason) {
+    case StepReason::none:
+        return "accepted";
+    case StepReason::error_test:
+        return "error";
+    case StepReason::newton:
+        return "newton";
+    case StepReason::contact:
+        return "contact";
+    case StepReason::singular:
+        return "singular";
+    case StepReason::non_finite:
+        return "non-finite";
+    case StepReason::step_too_small:
+        return "step too small";
+    case StepReason::constraints:
+        return "constraints";
+    }
+    return "";
+}
+
 const std::vector<std::string>& integrator_names() {
     static const std::vector<std::string> names = [] {
         std::vector<std::string> out;

@@ -68,9 +68,14 @@ struct Simulation::Impl {
         ws.angles = state.angles;
         ws.external = integrator->workspace().external;
         State& s = sample.state;
-        consistent.project_positions(s.t, s.q, s.u, ws);
-        consistent.project_velocities(s.t, s.q, s.u, ws);
-        consistent.accelerations(s.t, s.q, s.u, ws, sample.acceleration, s.lambda);
+        if (!consistent.project_positions(s.t, s.q, s.u, ws) ||
+            !consistent.project_velocities(s.t, s.q, s.u, ws) ||
+            !consistent.accelerations(s.t, s.q, s.u, ws, sample.acceleration, s.lambda))
+            throw std::runtime_error(fmt::format("the sample at t = {:.9g} s has no consistent state: "
+                                                 "constraints open by {:.3g} (position), {:.3g} "
+                                                 "(velocity), or repeating each other",
+                                                 s.t, consistent.worst_position(),
+                                                 consistent.worst_velocity()));
         sample.motion = ws.motion;
         sample.energies = energies(system, s.t, s.lambda.data(), ws);
         sample.balance = sample.energies.mechanical() + s.dissipated - s.input - balance_start;

@@ -60,7 +60,7 @@ class Simulation {
     StepOutcome advance_past(double t, double t_end);
 
     /// Sample at the present time, or at a time inside the last step after advance_past. The reference
-    /// stays valid until the next call.
+    /// stays valid until the next call. Throws std::runtime_error where the constraints cannot be closed.
     const Sample& sample();
     const Sample& sample_at(double t);
 
