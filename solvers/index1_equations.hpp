@@ -1,0 +1,48 @@
+// Accelerations and multipliers from the acceleration equations (AP 1, AU 8):
+//
+//   [ M  G^T ] [ u'     ]   [ f             ]
+//   [ G  0   ] [ lambda ] = [ gamma + extra ]
+//
+// by sparse LU of the saddle-point matrix, whose pattern is analysed once.
+#pragma once
+
+#include "core/assembly.hpp"
+#include "solvers/integrator.hpp"
+#include "solvers/klu_solver.hpp"
+
+#include <string>
+#include <vector>
+
+namespace gudgeon {
+
+class Index1Equations {
+  public:
+    explicit Index1Equations(const System& system);
+
+    /// At ws.motion. Leaves the forces in ws.f, Phi and G u + dPhi/dt in ws.phi and ws.rate, G in ws.rows.
+    /// extra: one per row (m/s2), null for none. acceleration and lambda have their sizes already.
+    FactorStatus solve(double t, Workspace& ws, const VecX* extra, VecX& acceleration, VecX& lambda);
+
+    /// Change of the accelerations by `extra` alone, with the matrix of the last solve().
+    void respond(const VecX& extra, VecX& acceleration);
+
+    /// Writes the counts and times of all solves so far.
+    void report(Statistics& statistics) const;
+
+    /// "joint B (displacement along x)" or "body rod" for a column without a pivot.
+    std::string name_of(int column) const;
+
+  private:
+    const System& system_;
+    SaddleMatrix matrix_;
+    KluSolver klu_;
+    std::vector<double> values_;
+    VecX gamma_, unknowns_;
+    long evaluations_ = 0;
+    PhaseTimes seconds_;
+};
+
+/// What a message calls a constraint row: joint and direction.
+std::string row_name(const System& system, int row);
+
+} // namespace gudgeon
