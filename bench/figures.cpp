@@ -54,7 +54,10 @@ int main(int argc, char** argv) {
     app.fallthrough();
     app.add_option("--out", options.out, "folder for the tables")->capture_default_str();
     app.add_option("--reference", options.reference, "folder of the reference tables")->capture_default_str();
-    app.add_option("--integrators", options.integrators)->delimiter(',')->capture_default_str();
+    auto* integrators =
+        app.add_option("--integrators", options.integrators, "scaling: gear alone unless given")
+            ->delimiter(',')
+            ->capture_default_str();
     app.add_option("--problems", options.problems, "work-precision: only these")->delimiter(',');
     app.add_option("--tolerances", options.tolerances, "work-precision")->delimiter(',');
     app.add_option("--bodies", options.bodies, "scaling: sizes")->delimiter(',');
@@ -82,6 +85,8 @@ int main(int argc, char** argv) {
             return gudgeon::figures::print_memory(mechanism, bodies);
         if (quick)
             make_quick(options);
+        if (integrators->count() > 0)
+            options.scaling_integrators = options.integrators;
         std::filesystem::create_directories(options.out);
         write_machine(options.out);
         if (all->parsed() || precision->parsed())

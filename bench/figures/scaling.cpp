@@ -173,7 +173,7 @@ void scaling(const Options& options) {
          "us_solve",  "us_control",  "us_rest",          "sweeps_step", "polish_step", "factor_step",
          "nnz",       "nnz_factors", "nnz_factors_body", "setup_s",     "kB_body",     "kB_body_peak"});
     for (const char* mechanism : {"chain", "suspension-chain"}) {
-        for (const std::string& name : options.integrators) {
+        for (const std::string& name : options.scaling_integrators) {
             if (name == "rk4")
                 continue;
             double first = std::nan("");
