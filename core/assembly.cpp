@@ -179,13 +179,9 @@ Energies energies(const System& system, double t, const double* lambda, const Wo
         sum.dissipated_power += rates.dissipated_power;
         sum.input_power += rates.input_power;
     }
-    if (!lambda)
-        return sum;
-    VecX drive = VecX::Zero(system.row_count());
-    for (const auto& batch : system.constraints)
-        batch->time_rate(e, drive.data());
-    for (int r = 0; r < system.row_count(); ++r)
-        sum.input_power += lambda[r] * drive[r];
+    if (lambda)
+        for (const auto& batch : system.constraints)
+            sum.input_power += batch->drive_power(e, lambda);
     return sum;
 }
 

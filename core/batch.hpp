@@ -135,6 +135,8 @@ class ConstraintBatch {
     virtual void rate_gradient(const Evaluation& e, double* rows) const = 0;
     /// dPhi/dt (the drives' own speed, negative), m.
     virtual void time_rate(const Evaluation& e, double* out) const = 0;
+    /// Power the drives put in, W: lambda . dPhi/dt.
+    virtual double drive_power(const Evaluation& e, const double* lambda) const = 0;
 };
 
 /// Elements sorted by colour. Element: members a, b (body numbers).

@@ -207,6 +207,15 @@ template <class Kernel> class ConstraintBatchOf final : public ConstraintBatch {
                 out[x.row + k] = -prescribed(x, e.t).rate;
     }
 
+    double drive_power(const Evaluation& e, const double* lambda) const override {
+        double sum = 0;
+        if constexpr (requires(Element x) { x.function; })
+            for (const Element& x : elements_.items())
+                for (int k = 0; k < R; ++k)
+                    sum -= lambda[x.row + k] * prescribed(x, e.t).rate;
+        return sum;
+    }
+
   private:
     static TimeValue prescribed(const Element& x, double t) {
         if constexpr (requires { x.function; })
