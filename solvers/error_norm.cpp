@@ -7,7 +7,7 @@ namespace gudgeon {
 namespace {
 // Keeps the worst body; a NaN wins and stays.
 void keep_worst(ErrorNorm::Value& worst, double sum, int body) {
-    if (!(sum <= worst.norm))
+    if (!std::isnan(worst.norm) && !(sum <= worst.norm))
         worst = {sum, body};
 }
 ErrorNorm::Value root(ErrorNorm::Value worst) {

@@ -69,7 +69,12 @@ void Gear::start(const State& state) {
     order_ = 1;
     real_points_ = 1;
     steps_at_order_ = rejections_in_row_ = 0;
+    order_cap_ = 5;
+    cap_steps_ = 0;
+    last_rejection_ = -1000;
+    contraction_ = 0.5;
     matrix_a0_ = 0;
+    refresh_wanted_ = false;
     powers_ = 0;
     integrate_powers(state_.t);
 }

@@ -44,7 +44,7 @@ class Gear final : public Integrator {
     // gear_corrector.cpp: one implicit step
     void predict(double t);
     Corrector correct(double t);
-    bool refresh_matrix(double t);
+    Corrector refresh_matrix(double t);
     void residual(double t);
     void apply_increment();
     void turn_to_velocity(int body, double* step);

@@ -58,8 +58,9 @@ void Gear::turn_to_velocity(int i, double* step) {
     const Vec3 w = u.segment<3>(6 * i + 3);
     const Vec3 defect =
         w + a0_ * drift_.segment<3>(6 * i + 3) - 2 * l_times(p, beta_q_.segment<4>(7 * i + 3));
-    const Mat3 slope = a0_ * Mat3::Identity() + 0.5 * skew(w);
-    const Vec3 turn = slope.inverse() * defect;
+    const Vec3 half = 0.5 * w; // (a0 + skew(half)) turn = defect, in closed form
+    const Vec3 turn = (a0_ * a0_ * defect - a0_ * half.cross(defect) + half.dot(defect) * half) /
+                      (a0_ * (a0_ * a0_ + half.squaredNorm()));
     q.segment<4>(7 * i + 3) = turned(p, turn);
     for (int k = 0; k < 3; ++k)
         step[k] = dr[k];
@@ -67,7 +68,7 @@ void Gear::turn_to_velocity(int i, double* step) {
         step[3 + k] = turn[k];
 }
 
-bool Gear::refresh_matrix(double t) {
+Gear::Corrector Gear::refresh_matrix(double t) {
     {
         const PhaseTimer timer(statistics_.seconds.assemble);
         linearise(system_, t, history_.next_lambda().data(), ws_);
@@ -76,9 +77,11 @@ bool Gear::refresh_matrix(double t) {
     const PhaseTimer timer(statistics_.seconds.factor);
     matrix_fresh_ = true;
     refresh_wanted_ = false;
-    const bool ok = solver_.factor(values_).ok();
-    matrix_a0_ = ok ? a0_ : 0;
-    return ok;
+    const FactorStatus status = solver_.factor(values_);
+    matrix_a0_ = status.ok() ? a0_ : 0;
+    return status.ok()                                     ? Corrector::converged
+           : status.kind == FactorStatus::Kind::non_finite ? Corrector::non_finite
+                                                           : Corrector::singular;
 }
 
 // rhs = two columns: momentum and velocity residuals; position residuals.
@@ -116,8 +119,9 @@ Gear::Corrector Gear::correct(double t) {
         residual(t);
         if (sweep == 1) {
             matrix_fresh_ = false;
-            if (stale && !refresh_matrix(t))
-                return Corrector::singular;
+            if (stale)
+                if (const Corrector status = refresh_matrix(t); status != Corrector::converged)
+                    return status;
         }
         ++statistics_.newton_sweeps;
         {
@@ -166,7 +170,7 @@ bool Gear::close_constraints(double t) {
         if (!(open < 1e3 * last))
             return false;
         // an old matrix turns the corrections: a new one where they help little
-        if (open > 0.2 * last && !matrix_fresh_ && !refresh_matrix(t))
+        if (open > 0.2 * last && !matrix_fresh_ && refresh_matrix(t) != Corrector::converged)
             return false;
         last = open;
         rhs_.setZero();
@@ -174,7 +178,10 @@ bool Gear::close_constraints(double t) {
         rhs_.tail(m) = -ws_.phi;
         {
             const PhaseTimer timer(statistics_.seconds.solve);
-            solver_.solve({rhs_.data(), static_cast<std::size_t>(rhs_.size())}, 2);
+            const int columns = phi_worst_ <= constraint_target ? 1 : 2; // the second closes Phi
+            solver_.solve({rhs_.data(), static_cast<std::size_t>(columns * (n + m))}, columns);
+            if (columns == 1)
+                rhs_.tail(m).setZero();
         }
         ++statistics_.constraint_polish;
         apply_increment();
@@ -183,6 +190,15 @@ bool Gear::close_constraints(double t) {
 }
 
 std::string Gear::worst_part() const {
+    for (int i = 0; i < system_.moving; ++i) {
+        const auto own_blocks = [&](const std::vector<double>& x) {
+            return Eigen::Map<const Eigen::Matrix<double, 36, 1>>(x.data() + 36 * std::size_t(i));
+        };
+        if (!ws_.f.segment<6>(6 * i).allFinite() || !own_blocks(ws_.lin.C).allFinite() ||
+            !own_blocks(ws_.lin.S).allFinite())
+            return fmt::format("body '{}', whose force or its derivative is no number",
+                               system_.body_names[i]);
+    }
     if (system_.row_count() > 0 && std::max(phi_worst_, rate_worst_) > 1e-8) {
         Eigen::Index row = 0;
         ws_.phi.cwiseAbs().maxCoeff(&row);
