@@ -1,0 +1,142 @@
+// Gear's steps take no memory: every malloc of the process is counted while a thread asks for it.
+#include "core/user_force.hpp"
+#include "solvers/simulation.hpp"
+#include "tests/solvers/system_tools.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#if defined(__SANITIZE_ADDRESS__) || !defined(__GLIBC__)
+#define GUDGEON_COUNTS_ALLOCATIONS 0 // the sanitizer has its own malloc
+#else
+#define GUDGEON_COUNTS_ALLOCATIONS 1
+#endif
+
+#if GUDGEON_COUNTS_ALLOCATIONS
+namespace {
+thread_local bool counting = false;
+thread_local long counted = 0;
+} // namespace
+
+// Put in place of glibc's for the whole program, libraries included; operator new comes here too.
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+
+void* malloc(std::size_t size) noexcept {
+    counted += counting;
+    return __libc_malloc(size);
+}
+void* calloc(std::size_t n, std::size_t size) noexcept {
+    counted += counting;
+    return __libc_calloc(n, size);
+}
+void* realloc(void* p, std::size_t size) noexcept {
+    counted += counting;
+    return __libc_realloc(p, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
+    counted += counting;
+    return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** p, std::size_t alignment, std::size_t size) noexcept {
+    counted += counting;
+    *p = __libc_memalign(alignment, size);
+    return *p ? 0 : 12; // ENOMEM
+}
+}
+#endif
+
+namespace gudgeon {
+namespace {
+
+using namespace test;
+
+class NoAllocation : public testing::Test {
+  protected:
+    void SetUp() override {
+        if (!GUDGEON_COUNTS_ALLOCATIONS)
+            GTEST_SKIP() << "allocations are not counted in this build";
+    }
+
+#if GUDGEON_COUNTS_ALLOCATIONS
+    template <class F> static long count(F&& f) {
+        counted = 0;
+        counting = true;
+        f();
+        counting = false;
+        return counted;
+    }
+#else
+    template <class F> static long count(F&& f) {
+        f();
+        return 0;
+    }
+#endif
+
+    /// Steps until 1000 of them were counted; those with a full factorisation are left out.
+    static void expect_none(const std::string& name, const std::map<std::string, std::string>& parameters,
+                            double tol) {
+        SCOPED_TRACE(name);
+        SimulationOptions options;
+        options.integration.rtol = options.integration.atol = tol;
+        Simulation sim(build_mechanism(name, parameters), options);
+        Integrator& gear = sim.integrator();
+        for (int i = 0; i < 50; ++i)
+            ASSERT_TRUE(gear.advance(1e3).ok);
+        long steps = 0, with_allocation = 0, allocations = 0;
+        for (int i = 0; i < 5000 && steps < 1000; ++i) {
+            const long before = gear.statistics().factorisations;
+            bool ok = true;
+            const long n = count([&] { ok = gear.advance(1e3).ok; });
+            ASSERT_TRUE(ok);
+            if (gear.statistics().factorisations != before)
+                continue;
+            ++steps;
+            allocations += n;
+            with_allocation += n > 0;
+        }
+        EXPECT_EQ(steps, 1000);
+        EXPECT_EQ(allocations, 0) << "in " << with_allocation << " steps";
+    }
+};
+
+TEST_F(NoAllocation, HookCounts) {
+    EXPECT_GT(count([] {
+                  std::vector<double> x(100);
+                  x[0] = 1;
+                  EXPECT_EQ(x[0], 1);
+              }),
+              0);
+    EXPECT_GT(count([] { VecX::Ones(100).eval(); }), 0);
+    EXPECT_EQ(count([] { EXPECT_TRUE(true); }), 0);
+}
+
+TEST_F(NoAllocation, StepsOfAChain) { expect_none("chain", {{"links", "10"}}, 1e-6); }
+TEST_F(NoAllocation, StepsOfASliderCrank) { expect_none("slider-crank", {}, 1e-6); }
+TEST_F(NoAllocation, StepsOfASuspensionChain) { expect_none("suspension-chain", {{"units", "3"}}, 1e-5); }
+TEST_F(NoAllocation, StepsOfAPerfectSuspensionChain) {
+    expect_none("suspension-chain", {{"units", "3"}, {"joints", "perfect"}}, 1e-5);
+}
+
+TEST_F(NoAllocation, EvaluationOfEverything) {
+    const System system = compiled("suspension-chain", {{"units", "2"}});
+    Workspace ws = make_workspace(system);
+    const State state = initial_state(system);
+    const SaddleMatrix saddle(system);
+    std::vector<double> values(saddle.pattern().nonzeros());
+    EXPECT_EQ(count([&] {
+                  set_motion(system, state.q, state.u, ws);
+                  evaluate_forces(system, 0.1, ws);
+                  evaluate_constraints(system, 0.1, state.lambda.data(), true, ws);
+                  linearise(system, 0.1, state.lambda.data(), ws);
+                  saddle.assemble(system, ws, 100, 0.01, values);
+              }),
+              0);
+}
+
+} // namespace
+} // namespace gudgeon
