@@ -53,9 +53,17 @@ inline Vec3 l_times(const Vec4& p, const Vec4& y) {
 
 /// Euler parameters after turning p by the body-frame rotation vector theta (exact, unit length).
 inline Vec4 turned(const Vec4& p, const Vec3& theta) {
-    const double half = 0.5 * theta.norm();
-    const double s = half < 1e-4 ? 0.5 * (1 - half * half / 6) : 0.5 * std::sin(half) / half;
-    Vec4 out = std::cos(half) * p + s * lt_times(p, theta);
+    const double x = 0.25 * theta.squaredNorm(); // square of the half angle
+    double c, s;                                 // its cosine, and its sine over the whole angle
+    if (x < 0.01) {                              // both to round-off by their series
+        c = 1 - x / 2 * (1 - x / 12 * (1 - x / 30 * (1 - x / 56)));
+        s = 0.5 * (1 - x / 6 * (1 - x / 20 * (1 - x / 42 * (1 - x / 72))));
+    } else {
+        const double half = std::sqrt(x);
+        c = std::cos(half);
+        s = 0.5 * std::sin(half) / half;
+    }
+    const Vec4 out = c * p + s * lt_times(p, theta);
     return out / out.norm();
 }
 
