@@ -20,43 +20,21 @@ constexpr double growth_limit = 2.0;
 constexpr double growth_worth = 1.2; // smaller growth is not worth a new matrix
 } // namespace
 
-Gear::Gear(const System& system, const IntegratorOptions& options)
-    : system_(system), options_(options), ws_(make_workspace(system, options.threads)), saddle_(system),
-      solver_({.refinements = 0}), // the sweeps themselves refine
-      consistent_(system), norm_(system, options.rtol, options.atol) {
-    const Eigen::Index nq = system.positions(), n = system.velocities(), m = system.row_count();
+Gear::Gear(const System& system, const IntegratorOptions& options) : ImplicitIntegrator(system, options) {
+    const Eigen::Index nq = system.positions(), n = system.velocities();
     options_.max_order = std::clamp(options_.max_order, 1, 5);
-    solver_.analyse(saddle_.pattern());
-    values_.assign(saddle_.pattern().nonzeros(), 0.0);
-    history_.reserve(nq, n, m);
+    history_.reserve(nq, n, system.row_count());
     for (VecX* x : {&q_predicted_, &beta_q_})
         *x = VecX::Zero(nq);
     for (VecX* x : {&u_predicted_, &beta_u_, &drift_, &momentum_, &step_})
         *x = VecX::Zero(n);
-    rhs_ = VecX::Zero(2 * (n + m));
-    statistics_.nnz_matrix = saddle_.pattern().nonzeros();
 }
 
 void Gear::start(const State& state) {
-    state_ = state;
-    ws_.angles = state.angles;
-    set_motion(system_, state_.q, state_.u, ws_);
-    update_angles(system_, state_.t, ws_, ws_.angles);
-    state_.angles = ws_.angles;
-    VecX u_rate, lambda;
-    if (!consistent_.accelerations(state_.t, state_.q, state_.u, ws_, u_rate, lambda)) {
-        u_rate = VecX::Zero(system_.velocities());
-        lambda = state_.lambda;
-    }
-    state_.lambda = lambda;
-    VecX q_rate(system_.positions());
-    for (int i = 0; i < system_.moving; ++i) {
-        q_rate.segment<3>(7 * i) = state_.u.segment<3>(6 * i);
-        q_rate.segment<4>(7 * i + 3) =
-            0.5 * lt_times(state_.q.segment<4>(7 * i + 3), state_.u.segment<3>(6 * i + 3));
-    }
-    norm_.set_scale(state_.q, state_.u);
-    h_ = first_step(q_rate, u_rate, std::numeric_limits<double>::infinity());
+    VecX q_rate, u_rate;
+    begin(state, u_rate);
+    coordinate_rates(state_.q, state_.u, q_rate);
+    h_ = first_step(q_rate, u_rate);
     // a second point along the slope makes the first predictor Euler's
     history_.clear();
     history_.next_q() = state_.q - h_ * q_rate;
@@ -68,7 +46,7 @@ void Gear::start(const State& state) {
     history_.push(state_.t);
     order_ = 1;
     real_points_ = 1;
-    steps_at_order_ = rejections_in_row_ = 0;
+    steps_at_order_ = 0;
     order_cap_ = 5;
     cap_steps_ = 0;
     last_rejection_ = -1000;
@@ -80,42 +58,24 @@ void Gear::start(const State& state) {
 }
 
 // Step for which the first-order error, 1/2 h^2 |y''|, is a quarter of the limit; y'' by a trial difference.
-double Gear::first_step(const VecX& q_rate, const VecX& u_rate, double t_stop) {
+double Gear::first_step(const VecX& q_rate, const VecX& u_rate) {
     const double slope = norm_.rates(q_rate, u_rate).norm;
     const double size = norm_.rates(state_.q, state_.u).norm;
     const double trial = slope > 0 ? std::min(0.01 * size / slope, 1e-4) : 1e-4;
     VecX q = state_.q + trial * q_rate, u = state_.u + trial * u_rate, rate, lambda;
     double h = 100 * trial;
     if (consistent_.accelerations(state_.t + trial, q, u, ws_, rate, lambda)) {
-        VecX q_rate_change(system_.positions());
-        for (int i = 0; i < system_.moving; ++i) {
-            q_rate_change.segment<3>(7 * i) = trial * u_rate.segment<3>(6 * i);
-            q_rate_change.segment<4>(7 * i + 3) =
-                0.5 * (lt_times(q.segment<4>(7 * i + 3), u.segment<3>(6 * i + 3)) -
-                       lt_times(state_.q.segment<4>(7 * i + 3), state_.u.segment<3>(6 * i + 3)));
-        }
-        const double curvature = norm_.rates(q_rate_change, rate - u_rate).norm / trial;
+        VecX later;
+        coordinate_rates(q, u, later);
+        const double curvature = norm_.rates(later - q_rate, rate - u_rate).norm / trial;
         if (std::isfinite(curvature) && curvature > 0)
             h = std::min(h, std::sqrt(0.5 / curvature));
     }
-    if (options_.step > 0)
-        h = std::min(h, options_.step);
-    return std::min(h, t_stop - state_.t);
-}
-
-StepOutcome Gear::advance(double t_stop) {
-    bool accepted = false;
-    while (!accepted) {
-        const StepOutcome outcome = attempt(t_stop, accepted);
-        if (!outcome.ok)
-            return outcome;
-    }
-    return {};
+    return options_.step > 0 ? std::min(h, options_.step) : h;
 }
 
 StepOutcome Gear::attempt(double t_stop, bool& accepted) {
-    const double smallest = 16 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state_.t), 1e-3);
-    if (h_ < smallest)
+    if (h_ < smallest_step())
         return failure(StepReason::step_too_small, fmt::format("the step fell to {:.3g} s", h_));
     if (options_.step > 0)
         h_ = std::min(h_, options_.step);
@@ -137,16 +97,10 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
             refresh_wanted_ = true; // the same step with a new matrix
             return {};
         }
-        reject(result == Corrector::singular     ? StepReason::singular
-               : result == Corrector::non_finite ? StepReason::non_finite
-                                                 : StepReason::newton,
-               increment_.norm);
+        count_rejection(reason_of(result), t, order_, increment_.norm);
         h_ = 0.25 * h;
-        if (rejections_in_row_ > 20 || h_ < smallest)
-            return failure(result == Corrector::singular     ? StepReason::singular
-                           : result == Corrector::non_finite ? StepReason::non_finite
-                                                             : StepReason::newton,
-                           "the corrector did not converge");
+        if (rejections_in_row_ > 20 || h_ < smallest_step())
+            return failure(reason_of(result), "the corrector did not converge");
         return {};
     }
     const double constant = h / (t - history_.time(order_));
@@ -155,34 +109,7 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
         error_ = norm_.difference(history_.next_q(), q_predicted_, history_.next_u(), u_predicted_, constant);
     }
     if (error_.norm > 1 || !std::isfinite(error_.norm)) {
-        reject(StepReason::error_test, error_.norm);
-        if (order_ > 2) {
-            if (statistics_.steps - last_rejection_ < rejection_window) {
-                order_cap_ = order_ - 1;
-                cap_steps_ = cap_length;
-            }
-            last_rejection_ = statistics_.steps;
-        }
-        const double lower =
-            order_ > 1 ? error_at_order(order_ - 1, history_.next_q(), history_.next_u()) : error_.norm;
-        if (rejections_in_row_ == 1 && std::isfinite(error_.norm)) {
-            double factor = 0.9 * std::pow(2 * error_.norm, -1.0 / (order_ + 1));
-            if (order_ > 1) {
-                const double at_lower = 0.9 * std::pow(2 * lower, -1.0 / order_);
-                if (at_lower > factor) {
-                    factor = at_lower;
-                    --order_;
-                    steps_at_order_ = 0;
-                }
-            }
-            h_ = h * std::clamp(factor, 0.25, 0.9);
-        } else {
-            h_ = 0.25 * h;
-            if (rejections_in_row_ > 2) {
-                order_ = 1;
-                steps_at_order_ = 0;
-            }
-        }
+        shorten(t, h);
         return {};
     }
     accept(t, h, error_.norm);
@@ -190,28 +117,40 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
     return {};
 }
 
-void Gear::reject(StepReason reason, double error) {
-    ++rejections_in_row_;
-    (reason == StepReason::error_test ? statistics_.rejected_error : statistics_.rejected_newton)++;
-    if (on_step)
-        on_step({t_try_, t_try_ - state_.t, order_, reason, error});
-}
-
-StepOutcome Gear::failure(StepReason reason, const std::string& what) const {
-    return {false, reason, fmt::format("at t = {:.9g} s {}; worst: {}", state_.t, what, worst_part())};
+// After a failed error test: a shorter step, perhaps at a lower order.
+void Gear::shorten(double t, double h) {
+    count_rejection(StepReason::error_test, t, order_, error_.norm);
+    if (order_ > 2) {
+        if (statistics_.steps - last_rejection_ < rejection_window) {
+            order_cap_ = order_ - 1;
+            cap_steps_ = cap_length;
+        }
+        last_rejection_ = statistics_.steps;
+    }
+    if (rejections_in_row_ > 1 || !std::isfinite(error_.norm)) {
+        h_ = 0.25 * h;
+        if (rejections_in_row_ > 2) {
+            order_ = 1;
+            steps_at_order_ = 0;
+        }
+        return;
+    }
+    double factor = 0.9 * std::pow(2 * error_.norm, -1.0 / (order_ + 1));
+    if (order_ > 1) {
+        const double lower = error_at_order(order_ - 1, history_.next_q(), history_.next_u());
+        if (const double at_lower = 0.9 * std::pow(2 * lower, -1.0 / order_); at_lower > factor) {
+            factor = at_lower;
+            --order_;
+            steps_at_order_ = 0;
+        }
+    }
+    h_ = h * std::clamp(factor, 0.25, 0.9);
 }
 
 void Gear::accept(double t, double h, double error) {
-    if (on_step)
-        on_step({t, h, order_, StepReason::none, error});
+    count_acceptance(t, h, order_, error);
     {
         const PhaseTimer timer(statistics_.seconds.control);
-        ++statistics_.steps;
-        ++statistics_.order_histogram[order_];
-        statistics_.smallest_step = std::min(statistics_.smallest_step, h);
-        statistics_.largest_step = std::max(statistics_.largest_step, h);
-        statistics_.constraint_position_max = std::max(statistics_.constraint_position_max, phi_worst_);
-        statistics_.constraint_velocity_max = std::max(statistics_.constraint_velocity_max, rate_worst_);
         h_ = h;
         ++steps_at_order_;
         rejections_in_row_ = 0;
@@ -236,9 +175,6 @@ double Gear::error_at_order(int order, const VecX& q, const VecX& u) {
     const double t = t_try_;
     std::array<double, BdfHistory::capacity> w{};
     interpolation_weights(history_.times(order + 1), t, w.data());
-    double a0 = 0;
-    for (int i = 0; i < order; ++i)
-        a0 += 1 / (t - history_.time(i));
     history_.combine(order + 1, w.data(), beta_q_, beta_u_); // free between corrector and next predictor
     return norm_.difference(q, beta_q_, u, beta_u_, (t - history_.time(0)) / (t - history_.time(order))).norm;
 }
@@ -325,13 +261,6 @@ void Gear::interpolate(double t, State& out) const {
         out.dissipated -= w[i] * dissipated_power_[i];
         out.input -= w[i] * input_power_[i];
     }
-}
-
-const Statistics& Gear::statistics() const {
-    statistics_.factorisations = solver_.counts().factorisations;
-    statistics_.refactorisations = solver_.counts().refactorisations;
-    statistics_.nnz_factors = solver_.factor_nonzeros();
-    return statistics_;
 }
 
 std::unique_ptr<Integrator> make_gear(const System& system, const IntegratorOptions& options) {

@@ -4,10 +4,6 @@
 
 #include "solvers/phase_timer.hpp"
 
-#include <Eigen/LU>
-
-#include <fmt/format.h>
-
 #include <cmath>
 
 namespace gudgeon {
@@ -15,14 +11,9 @@ namespace gudgeon {
 namespace {
 
 constexpr int most_sweeps = 6;
-constexpr double newton_share = 0.1;        // of the error limit left to the corrector
-constexpr double contraction_ageing = 1.3;  // per step: what was measured long ago may no longer hold
-constexpr double slow_contraction = 0.3;    // above, the matrix is renewed for the next step
-constexpr double constraint_target = 2e-11; // m, rad: closed after the corrector converged
-constexpr double velocity_target = 8e-11;   // m/s, rad/s
-constexpr int most_polish = 10;
-
-double largest(const VecX& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
+constexpr double newton_share = 0.1;       // of the error limit left to the corrector
+constexpr double contraction_ageing = 1.3; // per step: what was measured long ago may no longer hold
+constexpr double slow_contraction = 0.3;   // above, the matrix is renewed for the next step
 
 } // namespace
 
@@ -84,6 +75,8 @@ Gear::Corrector Gear::refresh_matrix(double t) {
                                                            : Corrector::singular;
 }
 
+bool Gear::renew_matrix(double t) { return !matrix_fresh_ && refresh_matrix(t) == Corrector::converged; }
+
 // rhs = two columns: momentum and velocity residuals; position residuals.
 void Gear::residual(double t) {
     const PhaseTimer timer(statistics_.seconds.evaluate);
@@ -100,7 +93,7 @@ void Gear::residual(double t) {
     rhs_.tail(m) = -ws_.phi;
 }
 
-void Gear::apply_increment() {
+void Gear::move_end() {
     const PhaseTimer timer(statistics_.seconds.control);
     const Eigen::Index n = system_.velocities(), m = system_.row_count();
     history_.next_u() += rhs_.head(n);
@@ -128,7 +121,7 @@ Gear::Corrector Gear::correct(double t) {
             const PhaseTimer timer(statistics_.seconds.solve);
             solver_.solve({rhs_.data(), static_cast<std::size_t>(rhs_.size())}, 2);
         }
-        apply_increment();
+        move_end();
         if (!std::isfinite(increment_.norm))
             return Corrector::non_finite;
         if (sweep > 1) {
@@ -146,68 +139,6 @@ Gear::Corrector Gear::correct(double t) {
         }
     }
     return Corrector::slow;
-}
-
-// Position and velocity constraints to round-off: solves of the same matrix without new forces.
-bool Gear::close_constraints(double t) {
-    phi_worst_ = rate_worst_ = 0;
-    if (system_.row_count() == 0)
-        return true;
-    const Eigen::Index n = system_.velocities(), m = system_.row_count();
-    double last = std::numeric_limits<double>::infinity();
-    for (int i = 0; i <= most_polish; ++i) {
-        {
-            const PhaseTimer timer(statistics_.seconds.evaluate);
-            set_motion(system_, history_.next_q(), history_.next_u(), ws_);
-            evaluate_constraints(system_, t, nullptr, false, ws_);
-        }
-        phi_worst_ = largest(ws_.phi);
-        rate_worst_ = largest(ws_.rate);
-        const double round_off = 1e-15 * (largest(history_.next_q()) + largest(history_.next_u()));
-        const double open = std::max(phi_worst_, constraint_target / velocity_target * rate_worst_);
-        if (open <= std::max(constraint_target, round_off))
-            return true;
-        if (!(open < 1e3 * last))
-            return false;
-        // an old matrix turns the corrections: a new one where they help little
-        if (open > 0.2 * last && !matrix_fresh_ && refresh_matrix(t) != Corrector::converged)
-            return false;
-        last = open;
-        rhs_.setZero();
-        rhs_.segment(n, m) = -ws_.rate;
-        rhs_.tail(m) = -ws_.phi;
-        {
-            const PhaseTimer timer(statistics_.seconds.solve);
-            const int columns = phi_worst_ <= constraint_target ? 1 : 2; // the second closes Phi
-            solver_.solve({rhs_.data(), static_cast<std::size_t>(columns * (n + m))}, columns);
-            if (columns == 1)
-                rhs_.tail(m).setZero();
-        }
-        ++statistics_.constraint_polish;
-        apply_increment();
-    }
-    return phi_worst_ <= 1e-10 && rate_worst_ <= 1e-10;
-}
-
-std::string Gear::worst_part() const {
-    for (int i = 0; i < system_.moving; ++i) {
-        const auto own_blocks = [&](const std::vector<double>& x) {
-            return Eigen::Map<const Eigen::Matrix<double, 36, 1>>(x.data() + 36 * std::size_t(i));
-        };
-        if (!ws_.f.segment<6>(6 * i).allFinite() || !own_blocks(ws_.lin.C).allFinite() ||
-            !own_blocks(ws_.lin.S).allFinite())
-            return fmt::format("body '{}', whose force or its derivative is no number",
-                               system_.body_names[i]);
-    }
-    if (system_.row_count() > 0 && std::max(phi_worst_, rate_worst_) > 1e-8) {
-        Eigen::Index row = 0;
-        ws_.phi.cwiseAbs().maxCoeff(&row);
-        const RowRecord& r = system_.rows[row];
-        return fmt::format("joint '{}' ({}), open by {:.3g}", system_.joints[r.joint].name, r.direction,
-                           ws_.phi[row]);
-    }
-    const int body = error_.body >= 0 && error_.norm > 1 ? error_.body : increment_.body;
-    return body < 0 ? "no body stands out" : fmt::format("body '{}'", system_.body_names[body]);
 }
 
 } // namespace gudgeon

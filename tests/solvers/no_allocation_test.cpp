@@ -128,14 +128,15 @@ TEST_F(NoAllocation, EvaluationOfEverything) {
     const State state = initial_state(system);
     const SaddleMatrix saddle(system);
     std::vector<double> values(saddle.pattern().nonzeros());
-    EXPECT_EQ(count([&] {
-                  set_motion(system, state.q, state.u, ws);
-                  evaluate_forces(system, 0.1, ws);
-                  evaluate_constraints(system, 0.1, state.lambda.data(), true, ws);
-                  linearise(system, 0.1, state.lambda.data(), ws);
-                  saddle.assemble(system, ws, 100, 0.01, values);
-              }),
-              0);
+    const auto evaluate_all = [&] {
+        set_motion(system, state.q, state.u, ws);
+        evaluate_forces(system, 0.1, ws);
+        evaluate_constraints(system, 0.1, state.lambda.data(), true, ws);
+        linearise(system, 0.1, state.lambda.data(), ws);
+        saddle.assemble(system, ws, 100, 0.01, values);
+    };
+    evaluate_all(); // OpenMP makes its own structures at first use
+    EXPECT_EQ(count(evaluate_all), 0);
 }
 
 } // namespace

@@ -1,0 +1,161 @@
+#include "solvers/implicit_integrator.hpp"
+
+#include "solvers/phase_timer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace gudgeon {
+
+namespace {
+constexpr double position_target = 2e-11; // m, rad
+constexpr double velocity_target = 8e-11; // m/s, rad/s
+constexpr double closed = 1e-10;          // both: what every accepted step keeps
+constexpr int most_closings = 10;
+constexpr double slow_closing = 0.2; // share left over by a solve: more asks for a new matrix
+} // namespace
+
+ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOptions& options)
+    : system_(system), options_(options), ws_(make_workspace(system, options.threads)), saddle_(system),
+      solver_({.refinements = 0}), // the sweeps themselves refine
+      consistent_(system), norm_(system, options.rtol, options.atol) {
+    solver_.analyse(saddle_.pattern());
+    values_.assign(saddle_.pattern().nonzeros(), 0.0);
+    rhs_ = VecX::Zero(2 * (system.velocities() + system.row_count()));
+    statistics_.nnz_matrix = saddle_.pattern().nonzeros();
+}
+
+StepOutcome ImplicitIntegrator::advance(double t_stop) {
+    bool accepted = false;
+    while (!accepted)
+        if (StepOutcome outcome = attempt(t_stop, accepted); !outcome.ok)
+            return outcome;
+    return {};
+}
+
+const Statistics& ImplicitIntegrator::statistics() const {
+    statistics_.factorisations = solver_.counts().factorisations;
+    statistics_.refactorisations = solver_.counts().refactorisations;
+    statistics_.nnz_factors = solver_.factor_nonzeros();
+    return statistics_;
+}
+
+void ImplicitIntegrator::begin(const State& state, VecX& acceleration) {
+    state_ = state;
+    ws_.angles = state.angles;
+    set_motion(system_, state_.q, state_.u, ws_);
+    update_angles(system_, state_.t, ws_, ws_.angles);
+    state_.angles = ws_.angles;
+    VecX lambda;
+    if (consistent_.accelerations(state_.t, state_.q, state_.u, ws_, acceleration, lambda))
+        state_.lambda = lambda;
+    else
+        acceleration = VecX::Zero(system_.velocities());
+    norm_.set_scale(state_.q, state_.u);
+    rejections_in_row_ = 0;
+}
+
+void ImplicitIntegrator::coordinate_rates(const VecX& q, const VecX& u, VecX& rates) const {
+    rates.resize(system_.positions());
+    for (int i = 0; i < system_.moving; ++i) {
+        rates.segment<3>(7 * i) = u.segment<3>(6 * i);
+        rates.segment<4>(7 * i + 3) = 0.5 * lt_times(q.segment<4>(7 * i + 3), u.segment<3>(6 * i + 3));
+    }
+}
+
+double ImplicitIntegrator::smallest_step() const {
+    return 16 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state_.t), 1e-3);
+}
+
+bool ImplicitIntegrator::close_constraints(double t) {
+    phi_worst_ = rate_worst_ = 0;
+    if (system_.row_count() == 0)
+        return true;
+    const Eigen::Index n = system_.velocities(), m = system_.row_count();
+    double last = std::numeric_limits<double>::infinity();
+    for (int i = 0; i <= most_closings; ++i) {
+        {
+            const PhaseTimer timer(statistics_.seconds.evaluate);
+            set_motion(system_, end_q(), end_u(), ws_);
+            evaluate_constraints(system_, t, nullptr, false, ws_);
+        }
+        phi_worst_ = largest(ws_.phi);
+        rate_worst_ = largest(ws_.rate);
+        const double round_off = 1e-15 * (largest(end_q()) + largest(end_u()));
+        const double open = std::max(phi_worst_, position_target / velocity_target * rate_worst_);
+        if (open <= std::max(position_target, round_off))
+            return true;
+        if (!(open < 1e3 * last))
+            return false;
+        if (open > slow_closing * last)
+            renew_matrix(t);
+        last = open;
+        rhs_.setZero();
+        rhs_.segment(n, m) = -ws_.rate;
+        rhs_.tail(m) = -ws_.phi;
+        {
+            const PhaseTimer timer(statistics_.seconds.solve);
+            const int columns = phi_worst_ <= position_target ? 1 : 2; // the second closes Phi
+            solver_.solve({rhs_.data(), static_cast<std::size_t>(columns * (n + m))}, columns);
+            if (columns == 1)
+                rhs_.tail(m).setZero();
+        }
+        ++statistics_.constraint_polish;
+        move_end();
+    }
+    return phi_worst_ <= closed && rate_worst_ <= closed;
+}
+
+void ImplicitIntegrator::count_rejection(StepReason reason, double t, int order, double error) {
+    ++rejections_in_row_;
+    (reason == StepReason::error_test ? statistics_.rejected_error : statistics_.rejected_newton)++;
+    if (on_step)
+        on_step({t, t - state_.t, order, reason, error});
+}
+
+void ImplicitIntegrator::count_acceptance(double t, double h, int order, double error) {
+    if (on_step)
+        on_step({t, h, order, StepReason::none, error});
+    ++statistics_.steps;
+    ++statistics_.order_histogram[order];
+    statistics_.smallest_step = std::min(statistics_.smallest_step, h);
+    statistics_.largest_step = std::max(statistics_.largest_step, h);
+    statistics_.constraint_position_max = std::max(statistics_.constraint_position_max, phi_worst_);
+    statistics_.constraint_velocity_max = std::max(statistics_.constraint_velocity_max, rate_worst_);
+}
+
+StepReason ImplicitIntegrator::reason_of(Corrector result) {
+    return result == Corrector::singular     ? StepReason::singular
+           : result == Corrector::non_finite ? StepReason::non_finite
+                                             : StepReason::newton;
+}
+
+StepOutcome ImplicitIntegrator::failure(StepReason reason, const std::string& what) const {
+    return {false, reason, fmt::format("at t = {:.9g} s {}; worst: {}", state_.t, what, worst_part())};
+}
+
+std::string ImplicitIntegrator::worst_part() const {
+    for (int i = 0; i < system_.moving; ++i) {
+        const auto own_blocks = [&](const std::vector<double>& x) {
+            return Eigen::Map<const Eigen::Matrix<double, 36, 1>>(x.data() + 36 * std::size_t(i));
+        };
+        if (!ws_.f.segment<6>(6 * i).allFinite() || !own_blocks(ws_.lin.C).allFinite() ||
+            !own_blocks(ws_.lin.S).allFinite())
+            return fmt::format("body '{}', whose force or its derivative is no number",
+                               system_.body_names[i]);
+    }
+    if (system_.row_count() > 0 && std::max(phi_worst_, rate_worst_) > 1e-8) {
+        Eigen::Index row = 0;
+        ws_.phi.cwiseAbs().maxCoeff(&row);
+        const RowRecord& r = system_.rows[row];
+        return fmt::format("joint '{}' ({}), open by {:.3g}", system_.joints[r.joint].name, r.direction,
+                           ws_.phi[row]);
+    }
+    const int body = error_.body >= 0 && error_.norm > 1 ? error_.body : increment_.body;
+    return body < 0 ? "no body stands out" : fmt::format("body '{}'", system_.body_names[body]);
+}
+
+} // namespace gudgeon

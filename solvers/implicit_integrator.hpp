@@ -1,0 +1,71 @@
+// What the implicit integrators share: matrix, norm, state, closing of the constraints, messages.
+#pragma once
+
+#include "core/assembly.hpp"
+#include "solvers/consistent.hpp"
+#include "solvers/error_norm.hpp"
+#include "solvers/integrator.hpp"
+#include "solvers/klu_solver.hpp"
+
+namespace gudgeon {
+
+class ImplicitIntegrator : public Integrator {
+  public:
+    ImplicitIntegrator(const System& system, const IntegratorOptions& options);
+
+    const char* linear_solver() const override { return solver_.name(); }
+    StepOutcome advance(double t_stop) override;
+    const State& state() const override { return state_; }
+    const Statistics& statistics() const override;
+    Workspace& workspace() override { return ws_; }
+
+  protected:
+    enum class Corrector { converged, slow, singular, non_finite };
+
+    /// One try of a step; not ok: the run cannot go on.
+    virtual StepOutcome attempt(double t_stop, bool& accepted) = 0;
+    /// Coordinates and velocities at the end of the step being tried.
+    virtual const VecX& end_q() const = 0;
+    virtual const VecX& end_u() const = 0;
+    /// Moves that end by a solution in rhs_: velocity and multiplier change; position correction.
+    virtual void move_end() = 0;
+    /// A new matrix for the end of the step; false if this one is new already, or none can be made.
+    virtual bool renew_matrix(double t) = 0;
+
+    /// Consistent accelerations at state_ (zero where there are none), multipliers into state_, angles.
+    void begin(const State& state, VecX& acceleration);
+    /// q' = T(q) u of a state, all 7 numbers of each body.
+    void coordinate_rates(const VecX& q, const VecX& u, VecX& rates) const;
+    /// The smallest step worth trying at the present time.
+    double smallest_step() const;
+    /// Position and velocity constraints at the end of the step to round-off, by solves of the same matrix
+    /// without new forces. False: they stay open.
+    bool close_constraints(double t);
+    void count_rejection(StepReason reason, double t, int order, double error);
+    void count_acceptance(double t, double h, int order, double error);
+    StepOutcome failure(StepReason reason, const std::string& what) const;
+    std::string worst_part() const;
+    static StepReason reason_of(Corrector result);
+
+    const System& system_;
+    IntegratorOptions options_;
+    mutable Statistics statistics_;
+    Workspace ws_;
+    SaddleMatrix saddle_;
+    KluSolver solver_;
+    ConsistentSolver consistent_;
+    ErrorNorm norm_;
+    std::vector<double> values_; // of K
+    State state_;
+    /// Two columns over (u, lambda): momentum and velocity residuals; zero and position residuals.
+    VecX rhs_;
+    double h_ = 0; // next step
+    double phi_worst_ = 0, rate_worst_ = 0;
+    ErrorNorm::Value error_, increment_;
+    int rejections_in_row_ = 0;
+};
+
+/// Largest magnitude, 0 of none.
+inline double largest(const VecX& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
+
+} // namespace gudgeon
