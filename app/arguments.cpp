@@ -52,7 +52,7 @@ void add_run_options(CLI::App& command, Typed& typed) {
                 name, [&typed, name](const std::string& text) { typed.options[name] = text; }, help)
             ->type_name(value);
     };
-    option("--integrator", "WORD", "auto (gear), gear, ida or rk4");
+    option("--integrator", "WORD", "auto (gear), gear, radau, ida or rk4");
     option("--formulation", "WORD", "auto (saddle-point) or saddle-point");
     option("--rtol", "X", "relative error of a step, 1e-6");
     option("--atol", "X", "absolute error of a step (m, m/s, rad/s), as --rtol");

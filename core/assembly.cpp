@@ -157,6 +157,16 @@ void rows_times(const System& system, const Workspace& ws, const VecX& x, VecX& 
     }
 }
 
+void blocks_times(const System& system, const std::vector<double>& blocks, const VecX& x, VecX& out) {
+    out.setZero();
+    const BlockLayout& layout = system.layout;
+    for (int id = 0; id < layout.blocks(); ++id)
+        if (layout.active[id])
+            out.segment<3>(3 * layout.block_row[id]) +=
+                Eigen::Map<const Mat3>(blocks.data() + 9 * std::size_t(id)) *
+                x.segment<3>(3 * layout.block_col[id]);
+}
+
 void move(const System& system, const VecX& step, VecX& q) {
     for (int i = 0; i < system.moving; ++i) {
         q.segment<3>(7 * i) += step.segment<3>(6 * i);

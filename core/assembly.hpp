@@ -4,6 +4,7 @@
 #include "core/sparse.hpp"
 #include "core/state.hpp"
 
+#include <complex>
 #include <span>
 
 namespace gudgeon {
@@ -32,6 +33,9 @@ void inverse_mass_times(const System& system, const VecX& x, VecX& out);
 void add_transposed_rows(const System& system, const Workspace& ws, const VecX& x, double factor, VecX& out);
 void rows_times(const System& system, const Workspace& ws, const VecX& x, VecX& out);
 
+/// out = S x (or C x) with blocks as in ws.lin.
+void blocks_times(const System& system, const std::vector<double>& blocks, const VecX& x, VecX& out);
+
 /// q moved along T(q): positions by dx, orientations turned by the body-frame vector dtheta.
 void move(const System& system, const VecX& step, VecX& q);
 
@@ -55,13 +59,19 @@ class SaddleMatrix {
     /// Every slot is written. Reads ws.lin and ws.rows.
     void assemble(const System& system, const Workspace& ws, double a, double s,
                   std::span<double> values) const;
+    void assemble(const System& system, const Workspace& ws, std::complex<double> a, std::complex<double> s,
+                  std::span<std::complex<double>> values) const;
     /// a M only in the leading block (acceleration equations).
     void assemble_mass(const System& system, const Workspace& ws, double a, std::span<double> values) const;
 
   private:
     void build_pattern(const System& system);
+    template <class Scalar>
+    void assemble_scalars(const System& system, const Workspace& ws, Scalar a, Scalar s,
+                          std::span<Scalar> values) const;
+    template <class Scalar>
     void place_rows(const System& system, std::span<const double> rows, int threads,
-                    std::span<double> values) const;
+                    std::span<Scalar> values) const;
 
     CscPattern pattern_;
     std::vector<int> block_slot_;    // three per block: slot of its first row in each column, -1: inactive

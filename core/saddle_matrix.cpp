@@ -98,8 +98,9 @@ void SaddleMatrix::build_pattern(const System& system) {
     }
 }
 
+template <class Scalar>
 void SaddleMatrix::place_rows(const System& system, std::span<const double> rows, int threads,
-                              std::span<double> values) const {
+                              std::span<Scalar> values) const {
     const auto count = static_cast<std::ptrdiff_t>(12 * system.rows.size());
 #pragma omp parallel for schedule(static) num_threads(threads) if (threads > 1 && count > 8192)
     for (std::ptrdiff_t i = 0; i < count; ++i) {
@@ -110,8 +111,9 @@ void SaddleMatrix::place_rows(const System& system, std::span<const double> rows
     }
 }
 
-void SaddleMatrix::assemble(const System& system, const Workspace& ws, double a, double s,
-                            std::span<double> values) const {
+template <class Scalar>
+void SaddleMatrix::assemble_scalars(const System& system, const Workspace& ws, Scalar a, Scalar s,
+                                    std::span<Scalar> values) const {
     const int blocks = system.layout.blocks();
 #pragma omp parallel for schedule(static) num_threads(ws.threads) if (ws.threads > 1 && blocks > 1024)
     for (int id = 0; id < blocks; ++id) {
@@ -120,7 +122,7 @@ void SaddleMatrix::assemble(const System& system, const Workspace& ws, double a,
         const double* c = ws.lin.C.data() + 9 * std::size_t(id);
         const double* k = ws.lin.S.data() + 9 * std::size_t(id);
         for (int col = 0; col < 3; ++col) {
-            double* v = values.data() + block_slot_[3 * std::size_t(id) + col];
+            Scalar* v = values.data() + block_slot_[3 * std::size_t(id) + col];
             for (int row = 0; row < 3; ++row)
                 v[row] = c[3 * col + row] + s * k[3 * col + row];
         }
@@ -128,14 +130,24 @@ void SaddleMatrix::assemble(const System& system, const Workspace& ws, double a,
     for (int i = 0; i < system.moving; ++i) {
         const bool full = system.layout.active[4 * std::size_t(i)];
         for (int k = 0; k < 3; ++k) {
-            double& diagonal = values[mass_slot_[3 * std::size_t(i) + k]];
-            diagonal = (full ? diagonal : 0.0) + a * system.mass[i];
-            double* v = values.data() + block_slot_[3 * (4 * std::size_t(i) + 3) + k];
+            Scalar& diagonal = values[mass_slot_[3 * std::size_t(i) + k]];
+            diagonal = (full ? diagonal : Scalar(0)) + a * system.mass[i];
+            Scalar* v = values.data() + block_slot_[3 * (4 * std::size_t(i) + 3) + k];
             for (int row = 0; row < 3; ++row)
                 v[row] += a * system.inertia[i](row, k);
         }
     }
     place_rows(system, ws.rows, ws.threads, values);
+}
+
+void SaddleMatrix::assemble(const System& system, const Workspace& ws, double a, double s,
+                            std::span<double> values) const {
+    assemble_scalars(system, ws, a, s, values);
+}
+
+void SaddleMatrix::assemble(const System& system, const Workspace& ws, std::complex<double> a,
+                            std::complex<double> s, std::span<std::complex<double>> values) const {
+    assemble_scalars(system, ws, a, s, values);
 }
 
 void SaddleMatrix::assemble_mass(const System& system, const Workspace& ws, double a,

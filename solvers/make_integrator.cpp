@@ -2,6 +2,7 @@
 
 #include "solvers/gear.hpp"
 #include "solvers/ida.hpp"
+#include "solvers/radau.hpp"
 #include "solvers/rk4.hpp"
 
 #include <fmt/format.h>
@@ -16,7 +17,7 @@ namespace {
 using Maker = std::unique_ptr<Integrator> (*)(const System&, const IntegratorOptions&);
 const std::vector<std::pair<std::string, Maker>>& makers() {
     static const std::vector<std::pair<std::string, Maker>> list{
-        {"gear", make_gear}, {"ida", make_ida}, {"rk4", make_rk4}};
+        {"gear", make_gear}, {"radau", make_radau}, {"ida", make_ida}, {"rk4", make_rk4}};
     return list;
 }
 } // namespace

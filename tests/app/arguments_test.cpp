@@ -39,7 +39,7 @@ TEST(Arguments, NumbersOutOfRange) {
 
 TEST(Arguments, UnknownWords) {
     expect_refused({"run", "pendulum", "--integrator", "gera"},
-                   {"--integrator", "'gera'", "did you mean 'gear'?", "auto, gear, ida, rk4"});
+                   {"--integrator", "'gera'", "did you mean 'gear'?", "auto, gear, radau, ida, rk4"});
     expect_refused({"run", "pendulum", "--formulation", "index-3"}, {"'index-3'", "auto, saddle-point"});
     expect_refused({"run", "pendulum", "--formulation", "augmented-lagrangian"},
                    {"not available in this version", "saddle-point"});

@@ -1,0 +1,229 @@
+// Radau IIA: start, error estimate, acceptance, step, dense output.
+
+#include "solvers/radau.hpp"
+
+#include "solvers/bdf_history.hpp"
+#include "solvers/phase_timer.hpp"
+#include "solvers/radau_coefficients.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace gudgeon {
+
+namespace {
+constexpr int order = 5;
+constexpr double safety = 0.9;
+constexpr double keep_from = 1.0, keep_to = 1.2; // a new step within these factors is not worth new matrices
+constexpr double good_contraction = 1e-3;        // better: the derivatives are kept for the next step
+} // namespace
+
+Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitIntegrator(system, options) {
+    const Eigen::Index n = system.velocities(), m = system.row_count();
+    complex_.analyse(saddle_.pattern());
+    complex_values_.assign(saddle_.pattern().nonzeros(), 0.0);
+    for (int i = 0; i < stages; ++i) {
+        for (auto* x : {&V_, &Z_, &X_, &last_V_, &last_Z_})
+            (*x)[i] = VecX::Zero(n);
+        lambda_[i] = last_lambda_[i] = VecX::Zero(m);
+        stage_rhs_[i] = VecX::Zero(n + 2 * m);
+    }
+    complex_rhs_.assign(2 * (n + m), 0.0);
+    q_stage_ = q_end_ = VecX::Zero(system.positions());
+    for (VecX* x : {&u_stage_, &u_end_, &momentum_, &slope_, &error_u_, &error_q_, &f_start_})
+        *x = VecX::Zero(n);
+}
+
+void Radau::start(const State& state) {
+    begin(state, slope_);
+    mass_times(system_, slope_, f_start_);
+    previous_ = state_;
+    have_last_ = matrix_current_ = false;
+    matrix_h_ = 0;
+    contraction_ = 0.1;
+    h_ = first_step();
+}
+
+// As for an explicit method of low order: a hundredth of the time in which the state changes by its size.
+double Radau::first_step() const {
+    VecX q_rate;
+    coordinate_rates(state_.q, state_.u, q_rate);
+    const double slope = norm_.rates(q_rate, slope_).norm;
+    double h =
+        slope > 0 ? std::pow(options_.rtol, 0.25) * norm_.rates(state_.q, state_.u).norm / slope : 1e-2;
+    h = std::min(h, 1e-2);
+    return options_.step > 0 ? std::min(h, options_.step) : h;
+}
+
+StepOutcome Radau::attempt(double t_stop, bool& accepted) {
+    if (h_ < smallest_step())
+        return failure(StepReason::step_too_small, fmt::format("the step fell to {:.3g} s", h_));
+    if (options_.step > 0)
+        h_ = std::min(h_, options_.step);
+    double h = h_, t = state_.t + h;
+    const bool last = t >= t_stop || t_stop - t < 1e-3 * h;
+    if (last) {
+        t = t_stop;
+        h = t - state_.t;
+    }
+    predict(h);
+    const bool renewed = !matrix_current_;
+    const Corrector result = correct(state_.t, h);
+    if (result != Corrector::converged) {
+        if (result == Corrector::slow && !renewed) {
+            matrix_current_ = false; // the same step with new derivatives
+            return {};
+        }
+        count_rejection(reason_of(result), t, order, increment_.norm);
+        matrix_current_ = false;
+        contraction_ = 0.1;
+        h_ = (result == Corrector::slow ? 0.5 : 0.25) * h;
+        if (rejections_in_row_ > 30)
+            return failure(reason_of(result), "the corrector did not converge");
+        return {};
+    }
+    error_ = estimate_error(state_.t, h);
+    const double work = safety * 21.0 / (sweeps_ + 20.0);
+    double quotient = std::clamp(std::pow(std::max(error_.norm, 1e-12), 0.25) / work, 1.0 / 8, 5.0);
+    if (!(error_.norm < 1)) {
+        count_rejection(StepReason::error_test, t, order, error_.norm);
+        h_ = have_last_ ? h / std::max(quotient, 1.1) : 0.1 * h;
+        if (contraction_ > good_contraction)
+            matrix_current_ = false;
+        if (rejections_in_row_ > 30)
+            return failure(StepReason::error_test, "the error test failed again and again");
+        return {};
+    }
+    if (have_last_) { // predictive control (Gustafsson 1994)
+        const double predicted =
+            (last_h_ / h) * std::pow(error_.norm * error_.norm / last_error_, 0.25) / safety;
+        quotient = std::max(quotient, std::clamp(predicted, 1.0 / 8, 5.0));
+    }
+    last_error_ = std::max(error_.norm, 1e-2);
+    accept(t, h, error_.norm);
+    double next = h / quotient;
+    if (rejections_in_row_ > 0)
+        next = std::min(next, h);
+    rejections_in_row_ = 0;
+    const bool keep = contraction_ <= good_contraction || (sweeps_ == 1 && contraction_ < 0.1);
+    if (!keep)
+        matrix_current_ = false;
+    if (keep && next >= keep_from * h && next <= keep_to * h && !last)
+        next = h;
+    if (!last || next < h_)
+        h_ = next;
+    accepted = true;
+    return {};
+}
+
+// K(gamma/h) (e_u, .) = (f - G^T lambda at the start + M sum e_i V_i / h - S (h/gamma) r, 0) with
+// r = u + sum e_i Z_i / h; e_q = (h/gamma) (r + e_u).
+ErrorNorm::Value Radau::estimate_error(double t, double h) {
+    const PhaseTimer timer(statistics_.seconds.solve);
+    const RadauCoefficients& k = radau_coefficients();
+    const Eigen::Index n = system_.velocities(), m = system_.row_count();
+    const double lag = h / k.real_eigenvalue;
+    const auto weighted = [&](const std::array<VecX, stages>& x) {
+        return (k.error_weights[0] * x[0] + k.error_weights[1] * x[1] + k.error_weights[2] * x[2]) / h;
+    };
+    const VecX r = state_.u + weighted(Z_);
+    momentum_ = weighted(V_);
+    mass_times(system_, momentum_, momentum_);
+    blocks_times(system_, ws_.lin.S, r, error_q_);
+    momentum_ -= lag * error_q_;
+    ErrorNorm::Value error;
+    for (int pass = 0; pass < 2; ++pass) {
+        rhs_.head(n) = momentum_ + f_start_;
+        if (pass == 1) { // filtered once more, with the forces at the estimate (Hairer & Wanner, IV.8.20)
+            q_stage_ = state_.q;
+            move(system_, error_q_, q_stage_);
+            u_stage_ = state_.u + error_u_;
+            set_motion(system_, q_stage_, u_stage_, ws_);
+            evaluate_forces(system_, t, ws_);
+            evaluate_constraints(system_, t, state_.lambda.data(), false, ws_);
+            ++statistics_.evaluations;
+            rhs_.head(n) = momentum_ + ws_.f;
+        }
+        rhs_.segment(n, m).setZero();
+        solver_.solve({rhs_.data(), static_cast<std::size_t>(n + m)}, 1);
+        error_u_ = rhs_.head(n);
+        error_q_ = lag * (r + error_u_);
+        error = norm_.increment(error_q_.data(), error_u_.data());
+        if (error.norm < 1 || (have_last_ && rejections_in_row_ == 0))
+            break;
+    }
+    return error;
+}
+
+void Radau::accept(double t, double h, double error) {
+    count_acceptance(t, h, order, error);
+    const RadauCoefficients& k = radau_coefficients();
+    previous_ = state_;
+    {
+        const PhaseTimer timer(statistics_.seconds.evaluate);
+        for (int i = 0; i < stages; ++i) {
+            stage_coordinates(i, q_stage_);
+            u_stage_ = state_.u + V_[i];
+            set_motion(system_, q_stage_, u_stage_, ws_);
+            const Energies e = energies(system_, state_.t + k.c[i] * h, lambda_[i].data(), ws_);
+            dissipated_power_[i] = e.dissipated_power;
+            input_power_[i] = e.input_power;
+            state_.dissipated += h * k.A(2, i) * e.dissipated_power;
+            state_.input += h * k.A(2, i) * e.input_power;
+        }
+        state_.q = q_stage_;
+        state_.u = u_stage_;
+        state_.lambda = lambda_[2];
+        state_.t = t;
+        update_angles(system_, t, ws_, ws_.angles);
+        state_.angles = ws_.angles;
+        evaluate_forces(system_, t, ws_);
+        evaluate_constraints(system_, t, state_.lambda.data(), false, ws_);
+        ++statistics_.evaluations;
+        f_start_ = ws_.f;
+    }
+    const PhaseTimer timer(statistics_.seconds.control);
+    for (int i = 0; i < stages; ++i) {
+        std::swap(last_V_[i], V_[i]);
+        std::swap(last_Z_[i], Z_[i]);
+        std::swap(last_lambda_[i], lambda_[i]);
+    }
+    last_h_ = h;
+    have_last_ = true;
+    norm_.set_scale(state_.q, state_.u);
+}
+
+void Radau::interpolate(double t, State& out) const {
+    const RadauCoefficients& k = radau_coefficients();
+    const double s = (t - previous_.t) / last_h_;
+    const std::array<double, 4> nodes{0, k.c[0], k.c[1], 1};
+    std::array<double, 4> w{};
+    interpolation_weights(nodes, s, w.data());
+    out = previous_;
+    out.t = t;
+    out.u += w[1] * last_V_[0] + w[2] * last_V_[1] + w[3] * last_V_[2];
+    move(system_, w[1] * last_Z_[0] + w[2] * last_Z_[1] + w[3] * last_Z_[2], out.q);
+    out.lambda = state_.lambda;
+    out.angles = state_.angles;
+    integration_weights(k.c, 0, s, w.data());
+    for (int i = 0; i < stages; ++i) {
+        out.dissipated += last_h_ * w[i] * dissipated_power_[i];
+        out.input += last_h_ * w[i] * input_power_[i];
+    }
+}
+
+const Statistics& Radau::statistics() const {
+    ImplicitIntegrator::statistics();
+    statistics_.factorisations += complex_.counts().factorisations;
+    statistics_.refactorisations += complex_.counts().refactorisations;
+    statistics_.nnz_factors += complex_.factor_nonzeros();
+    return statistics_;
+}
+
+std::unique_ptr<Integrator> make_radau(const System& system, const IntegratorOptions& options) {
+    return std::make_unique<Radau>(system, options);
+}
+
+} // namespace gudgeon

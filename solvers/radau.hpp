@@ -1,0 +1,71 @@
+// Radau IIA, three stages, order 5 (Hairer & Wanner 1996, IV.8 and VII.4), on the stabilised index-2
+// equations of gear.hpp, with an adaptive step.
+//
+// Stage values: velocities u_n + V_i, coordinates q_n moved by Z_i = h A (T u)_j + X_i, multipliers L_i.
+// The X_i close Phi at the stages (they are the integral of the T M^-1 G^T mu term). With A^-1 = T Lambda
+// T^-1 the simplified Newton iteration splits into one real and one complex system of the same form as
+// Gear's: K(s) = [s M + C + S/s, G^T; G, 0], s = an eigenvalue of A^-1 over h.
+#pragma once
+
+#include "solvers/complex_klu_solver.hpp"
+#include "solvers/implicit_integrator.hpp"
+
+#include <array>
+#include <complex>
+
+namespace gudgeon {
+
+class Radau final : public ImplicitIntegrator {
+  public:
+    Radau(const System& system, const IntegratorOptions& options);
+
+    const char* name() const override { return "radau"; }
+    void start(const State& state) override;
+    void interpolate(double t, State& out) const override;
+    const Statistics& statistics() const override;
+
+  private:
+    static constexpr int stages = 3;
+
+    // radau.cpp: steps and control
+    StepOutcome attempt(double t_stop, bool& accepted) override;
+    double first_step() const;
+    ErrorNorm::Value estimate_error(double t, double h);
+    void accept(double t, double h, double error);
+
+    // radau_corrector.cpp: the stage equations
+    void predict(double h);
+    Corrector correct(double t, double h);
+    bool refresh_matrices(double h);
+    void linearise_in_step();
+    void stage_residual(int stage, double t, double h);
+    void solve_increments(double h);
+    bool turn_to_velocities(double h);
+    void stage_coordinates(int stage, VecX& q) const;
+    void move_end() override;
+    bool renew_matrix(double) override { return false; } // the next try gets new ones
+    const VecX& end_q() const override { return q_end_; }
+    const VecX& end_u() const override { return u_end_; }
+
+    ComplexKluSolver complex_;
+    std::vector<std::complex<double>> complex_values_;
+    State previous_; // beginning of the last accepted step
+
+    std::array<VecX, stages> V_, Z_, X_, lambda_; // of the step being tried
+    std::array<VecX, stages> stage_rhs_;          // per stage: momentum and velocity residual; positions
+    std::vector<std::complex<double>> complex_rhs_;
+    VecX q_stage_, u_stage_, q_end_, u_end_, momentum_, slope_, error_u_, error_q_, f_start_;
+    std::array<double, stages + 1> dissipated_power_{}, input_power_{};
+
+    // memory between steps; the collocation polynomials of the last accepted step
+    std::array<VecX, stages> last_V_, last_Z_, last_lambda_;
+    VecX last_lambda_start_;
+    double last_h_ = 0, matrix_h_ = 0, matrix_t_ = 0;
+    double contraction_ = 0.1, last_error_ = 1e-2;
+    int sweeps_ = 0;
+    bool have_last_ = false, matrix_current_ = false;
+};
+
+std::unique_ptr<Integrator> make_radau(const System& system, const IntegratorOptions& options);
+
+} // namespace gudgeon

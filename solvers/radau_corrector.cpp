@@ -1,0 +1,232 @@
+// The stage equations of Radau IIA: start values, simplified Newton sweeps, closing of the constraints.
+
+#include "solvers/bdf_history.hpp"
+#include "solvers/phase_timer.hpp"
+#include "solvers/radau.hpp"
+#include "solvers/radau_coefficients.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace gudgeon {
+
+namespace {
+
+constexpr int most_sweeps = 10;
+constexpr int most_turn_iterations = 40;
+// Assumed at least for the first sweep of a step: one accepted unseen leaves stiff modes astray, which the
+// error estimate then follows with short steps.
+constexpr double least_contraction = 0.1;
+
+} // namespace
+
+// Start values: the collocation polynomial of the last step, carried on; constant accelerations at first.
+void Radau::predict(double h) {
+    const PhaseTimer timer(statistics_.seconds.control);
+    const RadauCoefficients& k = radau_coefficients();
+    const std::array<double, 4> nodes{0, k.c[0], k.c[1], 1};
+    std::array<double, 4> w{};
+    for (int i = 0; i < stages; ++i) {
+        X_[i].setZero();
+        if (!have_last_) {
+            V_[i] = k.c[i] * h * slope_;
+            Z_[i].setZero();
+            lambda_[i] = state_.lambda;
+            continue;
+        }
+        const double s = 1 + k.c[i] * h / last_h_;
+        interpolation_weights(nodes, s, w.data());
+        V_[i] = w[1] * last_V_[0] + w[2] * last_V_[1] + (w[3] - 1) * last_V_[2];
+        Z_[i] = w[1] * last_Z_[0] + w[2] * last_Z_[1] + (w[3] - 1) * last_Z_[2];
+        interpolation_weights(k.c, s, w.data());
+        lambda_[i] = w[0] * last_lambda_[0] + w[1] * last_lambda_[1] + w[2] * last_lambda_[2];
+    }
+}
+
+// Coordinates that fit the velocities: Z_i = h sum_j A_ij q'_j + X_i, rotations by iteration on the
+// rotation vectors (theta' = omega + theta x omega / 2 + ...).
+bool Radau::turn_to_velocities(double h) {
+    const Mat3 hA = h * radau_coefficients().A;
+    for (int b = 0; b < system_.moving; ++b) {
+        std::array<Vec3, stages> w, theta;
+        for (int j = 0; j < stages; ++j) {
+            Vec3 r = X_[j].segment<3>(6 * b);
+            for (int l = 0; l < stages; ++l)
+                r += hA(j, l) * (state_.u.segment<3>(6 * b) + V_[l].segment<3>(6 * b));
+            Z_[j].segment<3>(6 * b) = r;
+            w[j] = state_.u.segment<3>(6 * b + 3) + V_[j].segment<3>(6 * b + 3);
+            theta[j] = Z_[j].segment<3>(6 * b + 3);
+        }
+        double change = 1;
+        for (int iteration = 0; change > 1e-15; ++iteration) {
+            if (iteration == most_turn_iterations)
+                return change < 1e-12;
+            std::array<Vec3, stages> rate;
+            for (int j = 0; j < stages; ++j) {
+                const Vec3 tw = theta[j].cross(w[j]);
+                rate[j] = w[j] + 0.5 * tw + rotation_vector::curvature(theta[j]) * theta[j].cross(tw);
+            }
+            change = 0;
+            for (int j = 0; j < stages; ++j) {
+                const Vec3 next = X_[j].segment<3>(6 * b + 3) + hA(j, 0) * rate[0] + hA(j, 1) * rate[1] +
+                                  hA(j, 2) * rate[2];
+                const double size = next.norm();
+                if (!(size < 3))
+                    return false; // the rotation vector folds at pi
+                change = std::max(change, (next - theta[j]).norm() / (1 + size));
+                theta[j] = next;
+            }
+        }
+        for (int j = 0; j < stages; ++j)
+            Z_[j].segment<3>(6 * b + 3) = theta[j];
+    }
+    return true;
+}
+
+void Radau::stage_coordinates(int i, VecX& q) const {
+    q = state_.q;
+    move(system_, Z_[i], q);
+}
+
+// Derivatives at the predicted second stage, the middle of the step.
+void Radau::linearise_in_step() {
+    const PhaseTimer timer(statistics_.seconds.assemble);
+    stage_coordinates(1, q_stage_);
+    u_stage_ = state_.u + V_[1];
+    set_motion(system_, q_stage_, u_stage_, ws_);
+    linearise(system_, matrix_t_, lambda_[1].data(), ws_);
+    matrix_current_ = true;
+}
+
+bool Radau::refresh_matrices(double h) {
+    const RadauCoefficients& k = radau_coefficients();
+    const double real = k.real_eigenvalue / h;
+    const std::complex<double> pair = k.eigenvalue / h;
+    {
+        const PhaseTimer timer(statistics_.seconds.assemble);
+        saddle_.assemble(system_, ws_, real, 1 / real, values_);
+        saddle_.assemble(system_, ws_, pair, 1.0 / pair, complex_values_);
+    }
+    const PhaseTimer timer(statistics_.seconds.factor);
+    const bool ok = solver_.factor(values_).ok() && complex_.factor(complex_values_).ok();
+    matrix_h_ = ok ? h : 0;
+    return ok;
+}
+
+// stage_rhs_[i]: force balance (n), velocity constraints (m), position constraints (m).
+void Radau::stage_residual(int i, double t, double h) {
+    const PhaseTimer timer(statistics_.seconds.evaluate);
+    const Eigen::Index n = system_.velocities(), m = system_.row_count();
+    const Eigen::Matrix3d& inverse = radau_coefficients().A_inverse;
+    stage_coordinates(i, q_stage_);
+    u_stage_ = state_.u + V_[i];
+    set_motion(system_, q_stage_, u_stage_, ws_);
+    evaluate_forces(system_, t, ws_);
+    evaluate_constraints(system_, t, lambda_[i].data(), false, ws_);
+    ++statistics_.evaluations;
+    momentum_ = (inverse(i, 0) * V_[0] + inverse(i, 1) * V_[1] + inverse(i, 2) * V_[2]) / h;
+    mass_times(system_, momentum_, momentum_);
+    stage_rhs_[i].head(n) = ws_.f - momentum_;
+    stage_rhs_[i].segment(n, m) = -ws_.rate;
+    stage_rhs_[i].tail(m) = -ws_.phi;
+}
+
+void Radau::solve_increments(double h) {
+    const Eigen::Index n = system_.velocities(), m = system_.row_count(), size = n + m;
+    const Eigen::Matrix3d &T = radau_coefficients().T, &inverse = radau_coefficients().T_inverse;
+    {
+        const PhaseTimer timer(statistics_.seconds.solve);
+        const auto transformed = [&](int row, Eigen::Index j) {
+            return inverse(row, 0) * stage_rhs_[0][j] + inverse(row, 1) * stage_rhs_[1][j] +
+                   inverse(row, 2) * stage_rhs_[2][j];
+        };
+        for (Eigen::Index j = 0; j < size + m; ++j) {
+            const Eigen::Index at = j < size ? j : j + n; // position residuals begin the second column's rows
+            rhs_[at] = transformed(0, j);
+            complex_rhs_[at] = {transformed(1, j), transformed(2, j)};
+        }
+        for (Eigen::Index j = size; j < size + n; ++j) {
+            rhs_[j] = 0;
+            complex_rhs_[j] = 0;
+        }
+        solver_.solve({rhs_.data(), static_cast<std::size_t>(2 * size)}, 2);
+        complex_.solve(complex_rhs_, 2);
+    }
+    const PhaseTimer timer(statistics_.seconds.control);
+    for (int i = 0; i < stages; ++i) {
+        const auto back = [&](Eigen::Index at) {
+            return T(i, 0) * rhs_[at] + T(i, 1) * complex_rhs_[at].real() + T(i, 2) * complex_rhs_[at].imag();
+        };
+        for (Eigen::Index j = 0; j < n; ++j)
+            stage_rhs_[i][j] = back(j);
+        V_[i] += stage_rhs_[i].head(n);
+        for (Eigen::Index j = 0; j < m; ++j)
+            lambda_[i][j] += back(n + j);
+        for (Eigen::Index j = 0; j < n; ++j)
+            X_[i][j] += back(size + j);
+    }
+    increment_ = {};
+    for (int i = 0; i < stages; ++i) {
+        momentum_ = h * stage_rhs_[i].head(n); // about the change of Z
+        const ErrorNorm::Value at_stage = norm_.increment(momentum_.data(), stage_rhs_[i].data());
+        if (!(at_stage.norm <= increment_.norm))
+            increment_ = at_stage;
+    }
+}
+
+Radau::Corrector Radau::correct(double t, double h) {
+    const RadauCoefficients& k = radau_coefficients();
+    const double target = std::min(0.03, std::sqrt(options_.rtol));
+    if (!turn_to_velocities(h))
+        return Corrector::slow;
+    if (!matrix_current_) {
+        matrix_t_ = t + k.c[1] * h;
+        linearise_in_step();
+        matrix_h_ = 0;
+    }
+    if (matrix_h_ != h && !refresh_matrices(h))
+        return Corrector::singular;
+    double last = 0, ratio = std::max(least_contraction, std::pow(std::max(contraction_, 1e-10), 0.8));
+    for (sweeps_ = 1; sweeps_ <= most_sweeps; ++sweeps_) {
+        for (int i = 0; i < stages; ++i)
+            stage_residual(i, t + k.c[i] * h, h);
+        ++statistics_.newton_sweeps;
+        solve_increments(h);
+        if (!std::isfinite(increment_.norm))
+            return Corrector::non_finite;
+        {
+            const PhaseTimer timer(statistics_.seconds.control);
+            if (!turn_to_velocities(h))
+                return Corrector::slow;
+        }
+        if (sweeps_ > 1) {
+            ratio = increment_.norm / last;
+            contraction_ = sweeps_ == 2 ? ratio : std::sqrt(ratio * contraction_);
+            ratio = contraction_;
+            if (ratio > 0.95)
+                return Corrector::slow;
+            const int left = most_sweeps - sweeps_;
+            if (std::pow(ratio, left) / (1 - ratio) * increment_.norm > target && left < 8)
+                return Corrector::slow;
+        }
+        last = std::max(increment_.norm, 1e-300);
+        if (ratio / (1 - std::min(ratio, 0.95)) * increment_.norm <= target) {
+            stage_coordinates(2, q_end_);
+            u_end_ = state_.u + V_[2];
+            return close_constraints(t + h) ? Corrector::converged : Corrector::slow;
+        }
+    }
+    return Corrector::slow;
+}
+
+// The end of the step by a solution in rhs_ that closes the constraints; the collocation follows.
+void Radau::move_end() {
+    const Eigen::Index n = system_.velocities(), m = system_.row_count();
+    V_[2] += rhs_.head(n);
+    lambda_[2] += rhs_.segment(n, m);
+    Z_[2] += rhs_.segment(n + m, n); // rotation vectors: to first order, the next round mends it
+    stage_coordinates(2, q_end_);
+    u_end_ = state_.u + V_[2];
+}
+
+} // namespace gudgeon
