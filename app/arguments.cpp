@@ -52,7 +52,7 @@ void add_run_options(CLI::App& command, Typed& typed) {
                 name, [&typed, name](const std::string& text) { typed.options[name] = text; }, help)
             ->type_name(value);
     };
-    option("--integrator", "WORD", "auto (gear), gear, radau, ida or rk4");
+    option("--integrator", "WORD", "auto (gear or radau, as the run asks), gear, radau, ida or rk4");
     option("--formulation", "WORD", "auto (saddle-point) or saddle-point");
     option("--rtol", "X", "relative error of a step, 1e-6");
     option("--atol", "X", "absolute error of a step (m, m/s, rad/s), as --rtol");
@@ -118,9 +118,7 @@ int whole(const Typed& typed, const std::string& option, int most, int fallback)
 RunArguments run_arguments(const Typed& typed, ModelArguments model) {
     RunArguments run;
     run.model = std::move(model);
-    std::vector<std::string> integrators{"auto"};
-    integrators.insert(integrators.end(), integrator_names().begin(), integrator_names().end());
-    run.integrator = choice(typed, "--integrator", integrators, {});
+    run.integrator = choice(typed, "--integrator", integrator_names(), {});
     run.formulation = choice(typed, "--formulation", {"auto", "saddle-point"}, {"augmented-lagrangian"});
     run.start = choice(typed, "--start", {"as-given"}, {"equilibrium"});
     run.rtol = positive(typed, "--rtol", 1e-14, 1).value_or(run.rtol);

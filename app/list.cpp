@@ -42,7 +42,8 @@ int list(const Console& console) {
 }
 
 int export_model(const ModelArguments& arguments, const Console& console) {
-    const LoadedModel loaded = load_mechanism(arguments);
+    LoadedModel loaded = load_mechanism(arguments);
+    loaded.model.parameters.clear(); // they shaped the model; in the file nothing refers to them
     validate(loaded.model);
     console.out << write_model(loaded.model);
     return Exit::ok;

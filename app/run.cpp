@@ -22,7 +22,7 @@ constexpr std::size_t most_columns = 2000;
 
 SimulationOptions simulation_options(const RunArguments& arguments) {
     SimulationOptions options;
-    options.integrator = arguments.integrator == "auto" ? "gear" : arguments.integrator;
+    options.integrator = arguments.integrator;
     options.integration.rtol = arguments.rtol;
     options.integration.atol = arguments.atol.value_or(arguments.rtol);
     options.integration.step =

@@ -84,6 +84,14 @@ void add_counts(ordered_json& out, const Statistics& s) {
     out["constraint_velocity_max"] = s.constraint_velocity_max;
 }
 
+// Which method ran from when on, and why it was chosen.
+ordered_json uses_json(const Simulation& sim) {
+    ordered_json out = ordered_json::array();
+    for (const IntegratorUse& use : sim.integrator_uses())
+        out.push_back({{"from", use.from}, {"integrator", use.name}, {"why", use.why}});
+    return out;
+}
+
 } // namespace
 
 const char* status_name(RunRecord::Status status) {
@@ -115,6 +123,7 @@ ordered_json summary(const RunArguments& arguments, const SimulationOptions& use
                      {"samples", record.samples},
                      {"columns", record.columns},
                      {"integrator", sim.integrator_name()},
+                     {"integrators_used", uses_json(sim)},
                      {"formulation", "saddle-point"},
                      {"linear_solver", sim.linear_solver()},
                      {"rtol", options.rtol},
@@ -174,10 +183,12 @@ std::string run_report(const LoadedModel& loaded, const Simulation& sim, const R
         record.reached, sim.integrator_name(), sim.linear_solver(), record.cpu_seconds, record.setup_seconds);
     if (record.status == RunRecord::Status::interrupted)
         text += "  interrupted; what was computed is written\n";
-    text +=
-        fmt::format("  steps: {}, rejected: {} by error, {} by Newton, {} by contact; {:.2f} sweeps a step\n",
-                    s.steps, s.rejected_error, s.rejected_newton, s.rejected_contact,
-                    static_cast<double>(s.newton_sweeps) / static_cast<double>(std::max(s.steps, 1L)));
+    text += fmt::format(
+        "  steps: {}, rejected: {} by error, {} by Newton, {} by contact; a step took {:.2f} sweeps and "
+        "{:.2f} solves to close the constraints\n",
+        s.steps, s.rejected_error, s.rejected_newton, s.rejected_contact,
+        static_cast<double>(s.newton_sweeps) / static_cast<double>(std::max(s.steps, 1L)),
+        static_cast<double>(s.constraint_polish) / static_cast<double>(std::max(s.steps, 1L)));
     text += fmt::format(
         "  constraints violated by at most {:.2g} m and {:.2g} m/s; energy balance within {:.2g} J\n",
         s.constraint_position_max, s.constraint_velocity_max, record.balance_max);

@@ -4,6 +4,7 @@
 #include "core/state.hpp"
 
 #include <array>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <string>
@@ -41,6 +42,15 @@ struct Statistics {
     double smallest_step = std::numeric_limits<double>::infinity(), largest_step = 0;
     double constraint_position_max = 0, constraint_velocity_max = 0; // at accepted steps
     PhaseTimes seconds;
+
+    /// Work of two integrators that shared a run.
+    Statistics& operator+=(const Statistics& other);
+};
+
+/// Which method ran from when on, and why it was chosen.
+struct IntegratorUse {
+    double from; // s
+    std::string name, why;
 };
 
 /// Why a step was rejected or a run stopped.
@@ -98,6 +108,9 @@ class Integrator {
 
     virtual const Statistics& statistics() const = 0;
     virtual Workspace& workspace() = 0; // external loads are set here
+
+    /// The methods used so far; empty: this one alone.
+    virtual std::vector<IntegratorUse> uses() const { return {}; }
 
     /// Every attempted step is told to this function where set.
     std::function<void(const StepRecord&)> on_step;

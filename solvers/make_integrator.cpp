@@ -1,5 +1,6 @@
 // The one list of integrators.
 
+#include "solvers/auto_integrator.hpp"
 #include "solvers/gear.hpp"
 #include "solvers/ida.hpp"
 #include "solvers/radau.hpp"
@@ -8,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -16,11 +18,34 @@ namespace gudgeon {
 namespace {
 using Maker = std::unique_ptr<Integrator> (*)(const System&, const IntegratorOptions&);
 const std::vector<std::pair<std::string, Maker>>& makers() {
-    static const std::vector<std::pair<std::string, Maker>> list{
-        {"gear", make_gear}, {"radau", make_radau}, {"ida", make_ida}, {"rk4", make_rk4}};
+    static const std::vector<std::pair<std::string, Maker>> list{{"auto", make_auto},
+                                                                 {"gear", make_gear},
+                                                                 {"radau", make_radau},
+                                                                 {"ida", make_ida},
+                                                                 {"rk4", make_rk4}};
     return list;
 }
 } // namespace
+
+Statistics& Statistics::operator+=(const Statistics& o) {
+    for (auto count :
+         {&Statistics::steps, &Statistics::rejected_error, &Statistics::rejected_newton,
+          &Statistics::rejected_contact, &Statistics::newton_sweeps, &Statistics::constraint_polish,
+          &Statistics::evaluations, &Statistics::factorisations, &Statistics::refactorisations})
+        this->*count += o.*count;
+    nnz_matrix = std::max(nnz_matrix, o.nnz_matrix);
+    nnz_factors = std::max(nnz_factors, o.nnz_factors);
+    for (std::size_t k = 0; k < order_histogram.size(); ++k)
+        order_histogram[k] += o.order_histogram[k];
+    smallest_step = std::min(smallest_step, o.smallest_step);
+    largest_step = std::max(largest_step, o.largest_step);
+    constraint_position_max = std::max(constraint_position_max, o.constraint_position_max);
+    constraint_velocity_max = std::max(constraint_velocity_max, o.constraint_velocity_max);
+    for (auto phase : {&PhaseTimes::evaluate, &PhaseTimes::assemble, &PhaseTimes::factor, &PhaseTimes::solve,
+                       &PhaseTimes::control, &PhaseTimes::output})
+        seconds.*phase += o.seconds.*phase;
+    return *this;
+}
 
 const char* step_reason_name(StepReason reason) {
     switch (reason) {

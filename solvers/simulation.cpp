@@ -112,6 +112,12 @@ const System& Simulation::system() const { return impl_->system; }
 const AssemblyReport& Simulation::assembly() const { return impl_->assembly; }
 const RedundancyReport& Simulation::redundancy() const { return impl_->redundancy; }
 const char* Simulation::integrator_name() const { return impl_->integrator->name(); }
+std::vector<IntegratorUse> Simulation::integrator_uses() const {
+    std::vector<IntegratorUse> uses = impl_->integrator->uses();
+    if (uses.empty())
+        uses.push_back({impl_->start.t, impl_->integrator->name(), "asked for"});
+    return uses;
+}
 const char* Simulation::linear_solver() const { return impl_->integrator->linear_solver(); }
 Integrator& Simulation::integrator() { return *impl_->integrator; }
 double Simulation::time() const { return impl_->now.t; }

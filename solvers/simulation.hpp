@@ -48,6 +48,8 @@ class Simulation {
     const RedundancyReport& redundancy() const;
     const Statistics& statistics() const;
     const char* integrator_name() const;
+    /// Methods used so far with the reasons (auto), or the one that was asked for.
+    std::vector<IntegratorUse> integrator_uses() const;
     const char* linear_solver() const;
     Integrator& integrator();
 
