@@ -36,6 +36,7 @@ class BdfHistory {
     /// Storage for the point being computed; push() makes it the newest.
     const VecX& next_q() const { return slots_[(head_ + 1) % capacity].q; }
     const VecX& next_u() const { return slots_[(head_ + 1) % capacity].u; }
+    const VecX& next_lambda() const { return slots_[(head_ + 1) % capacity].lambda; }
     VecX& next_q() { return slots_[(head_ + 1) % capacity].q; }
     VecX& next_u() { return slots_[(head_ + 1) % capacity].u; }
     VecX& next_lambda() { return slots_[(head_ + 1) % capacity].lambda; }

@@ -16,6 +16,7 @@ namespace {
 // again. Two rejections close to each other bar the order for a while (order 2 has no lobe), not for good.
 constexpr long rejection_window = 20; // steps
 constexpr int cap_length = 30;        // steps
+constexpr int most_lambda_points = 3; // a parabola
 constexpr double growth_limit = 2.0;
 constexpr double growth_worth = 1.2; // smaller growth is not worth a new matrix
 } // namespace
@@ -53,6 +54,7 @@ void Gear::start(const State& state) {
     contraction_ = 0.5;
     matrix_a0_ = 0;
     refresh_wanted_ = false;
+    lambda_points_ = 1;
     powers_ = 0;
     integrate_powers(state_.t);
 }
@@ -98,6 +100,7 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
             return {};
         }
         count_rejection(reason_of(result), t, order_, increment_.norm);
+        lambda_points_ = 1; // wild multipliers may be the cause
         h_ = 0.25 * h;
         if (rejections_in_row_ > 20 || h_ < smallest_step())
             return failure(reason_of(result), "the corrector did not converge");
@@ -153,6 +156,7 @@ void Gear::accept(double t, double h, double error) {
         const PhaseTimer timer(statistics_.seconds.control);
         h_ = h;
         ++steps_at_order_;
+        lambda_points_ = std::min(lambda_points_ + 1, most_lambda_points);
         rejections_in_row_ = 0;
         choose_next(error);
         state_.q = history_.next_q();

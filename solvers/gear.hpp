@@ -34,6 +34,7 @@ class Gear final : public ImplicitIntegrator {
     Corrector correct(double t);
     Corrector refresh_matrix(double t);
     void residual(double t);
+    bool multipliers_settled() const;
     void move_end() override;
     bool renew_matrix(double t) override;
     const VecX& end_q() const override { return history_.next_q(); }
@@ -50,7 +51,8 @@ class Gear final : public ImplicitIntegrator {
     VecX momentum_, step_;
 
     // memory between steps
-    double matrix_a0_ = 0; // a0 of the factored matrix, 0: none
+    double matrix_a0_ = 0;  // a0 of the factored matrix, 0: none
+    int lambda_points_ = 1; // of the multipliers' predictor
     bool matrix_fresh_ = false, refresh_wanted_ = false;
     double contraction_ = 0.5;
     int real_points_ = 0; // of the history, without the one made up at the start

@@ -13,6 +13,7 @@ namespace {
 constexpr int most_sweeps = 6;
 constexpr double newton_share = 0.1;       // of the error limit left to the corrector
 constexpr double contraction_ageing = 1.3; // per step: what was measured long ago may no longer hold
+constexpr double multiplier_share = 0.03;  // largest relative change of multipliers in the last sweep
 constexpr double slow_contraction = 0.3;   // above, the matrix is renewed for the next step
 
 } // namespace
@@ -28,8 +29,9 @@ void Gear::predict(double t) {
     history_.combine(order_, a_.data(), beta_q_, beta_u_);
     history_.next_q() = q_predicted_;
     history_.next_u() = u_predicted_;
-    // multipliers too: with an old matrix, G^T (lambda - predicted) is turned wrongly
-    const int n = std::min(order_ + 1, real_points_);
+    // Multipliers too, since with an old matrix G^T (lambda - predicted) is turned wrongly. Their errors are
+    // not controlled: a high polynomial would blow them up from step to step faster than the sweeps mend.
+    const int n = std::min(lambda_points_, real_points_);
     interpolation_weights(history_.times(n), t, w.data());
     history_.combine_lambda(n, w.data(), history_.next_lambda());
     drift_.setZero();
@@ -75,7 +77,17 @@ Gear::Corrector Gear::refresh_matrix(double t) {
                                                            : Corrector::singular;
 }
 
-bool Gear::renew_matrix(double t) { return !matrix_fresh_ && refresh_matrix(t) == Corrector::converged; }
+// Where few coordinates are free, velocities are right at once, and only this keeps the multipliers from
+// running away over the steps.
+bool Gear::multipliers_settled() const {
+    const Eigen::Index n = system_.velocities(), m = system_.row_count();
+    if (m == 0)
+        return true;
+    const double change = rhs_.segment(n, m).cwiseAbs().maxCoeff();
+    return change <= multiplier_share * (largest(history_.next_lambda()) + largest(ws_.f)) + 1e-9;
+}
+
+bool Gear::renew_matrix(double t) { return matrix_fresh_ || refresh_matrix(t) == Corrector::converged; }
 
 // rhs = two columns: momentum and velocity residuals; position residuals.
 void Gear::residual(double t) {
@@ -132,6 +144,8 @@ Gear::Corrector Gear::correct(double t) {
         }
         last = increment_.norm;
         const double rate = std::min(contraction_, 0.9);
+        if (!multipliers_settled())
+            continue;
         if (increment_.norm * rate / (1 - rate) <= newton_share || increment_.norm <= 1e-3 * newton_share) {
             if (sweep > 1 && contraction_ > slow_contraction)
                 refresh_wanted_ = !matrix_fresh_;

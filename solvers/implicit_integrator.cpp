@@ -90,8 +90,8 @@ bool ImplicitIntegrator::close_constraints(double t) {
             return true;
         if (!(open < 1e3 * last))
             return false;
-        if (open > slow_closing * last)
-            renew_matrix(t);
+        if (open > slow_closing * last && !renew_matrix(t))
+            return false;
         last = open;
         rhs_.setZero();
         rhs_.segment(n, m) = -ws_.rate;

@@ -29,7 +29,7 @@ class ImplicitIntegrator : public Integrator {
     virtual const VecX& end_u() const = 0;
     /// Moves that end by a solution in rhs_: velocity and multiplier change; position correction.
     virtual void move_end() = 0;
-    /// A new matrix for the end of the step; false if this one is new already, or none can be made.
+    /// A new matrix for the end of the step, unless it is new already; false if none can be made.
     virtual bool renew_matrix(double t) = 0;
 
     /// Consistent accelerations at state_ (zero where there are none), multipliers into state_, angles.

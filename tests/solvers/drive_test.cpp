@@ -41,6 +41,29 @@ Model driven_arm(const TimeFunction& f) {
     return model;
 }
 
+/// A mechanism without freedom: nothing but the constraints holds the multipliers.
+TEST(Drive, TurnsASliderCrankAtConstantSpeed) {
+    for (const std::string integrator : {"gear", "radau"})
+        for (const double tol : {1e-4, 1e-6, 1e-7, 1e-8, 1e-9}) {
+            SCOPED_TRACE(testing::Message() << integrator << ", tolerance " << tol);
+            Model model = build_mechanism("slider-crank");
+            RampFunction turn;
+            turn.rate = 6;
+            for (Joint& joint : model.joints)
+                if (joint.name == "A")
+                    joint.drives["angle"] = turn;
+            SimulationOptions options = tolerance(tol);
+            options.integrator = integrator;
+            Simulation sim(std::move(model), options);
+            const StepOutcome outcome = sim.advance_to(5);
+            ASSERT_TRUE(outcome.ok) << outcome.message;
+            EXPECT_EQ(sim.statistics().rejected_newton, 0);
+            const double y = 0.1 - 0.08 * std::sin(30), z = 0.12 + 0.08 * std::cos(30);
+            const double x = std::sqrt(0.3 * 0.3 - y * y - z * z);
+            EXPECT_NEAR(sim.sample().motion[sim.system().body_index("slider")].r.x(), x, 1e-10);
+        }
+}
+
 double energy(double angle, double rate) { return 0.5 * jo * rate * rate - m * g * l * std::sin(angle); }
 
 void follow(const TimeFunction& f, double end, double tol) {
