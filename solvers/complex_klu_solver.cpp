@@ -14,6 +14,7 @@
 namespace gudgeon {
 
 namespace {
+constexpr int largest_trial = 4000;              // as in klu_solver.cpp
 constexpr double worst_reciprocal_growth = 1e-7; // min over columns of max|A| / max|U|
 constexpr double smallest_pivot_share = 1e-14;   // of the largest: below, new pivots are chosen
 } // namespace
@@ -69,11 +70,14 @@ bool ComplexKluSolver::Impl::full() {
     return numeric != nullptr;
 }
 
-// Which ordering costs less is known only after pivoting: both are tried once.
+// Which ordering costs less is known only after pivoting: where the system is small both are tried once.
 bool ComplexKluSolver::Impl::choose() {
     std::vector<int> best;
     double least = std::numeric_limits<double>::infinity();
-    for (const std::vector<int>& perm : {minimum_degree_ordering(pattern), saddle_ordering(pattern)}) {
+    std::vector<std::vector<int>> candidates{saddle_ordering(pattern)};
+    if (pattern.cols <= largest_trial)
+        candidates.push_back(minimum_degree_ordering(pattern));
+    for (const std::vector<int>& perm : candidates) {
         order(perm);
         if (!full() || !klu_z_flops(symbolic, numeric, &common) || common.flops >= least)
             continue;
