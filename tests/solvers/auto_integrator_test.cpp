@@ -1,0 +1,64 @@
+// The automatic choice: what the start suggests, what the run shows, and one history of work.
+#include "models/mechanisms.hpp"
+#include "solvers/auto_integrator.hpp"
+#include "solvers/simulation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace gudgeon {
+namespace {
+
+Simulation automatic(const std::string& mechanism, double tol) {
+    SimulationOptions options;
+    options.integrator = "auto";
+    options.integration.rtol = options.integration.atol = tol;
+    return Simulation(build_mechanism(mechanism), options);
+}
+
+TEST(AutoIntegrator, NamesTheStiffestLightlyDampedBody) {
+    Simulation sim = automatic("suspension-chain", 1e-4);
+    const auto uses = sim.integrator_uses();
+    ASSERT_EQ(uses.size(), 1u);
+    EXPECT_EQ(uses[0].name, "radau");
+    EXPECT_NE(uses[0].why.find("rad/s"), std::string::npos);
+    EXPECT_NE(uses[0].why.find("0"), std::string::npos); // a body of unit 0
+}
+
+TEST(AutoIntegrator, FollowsThePendulum) {
+    Simulation sim = automatic("pendulum", 1e-7);
+    ASSERT_TRUE(sim.advance_to(10).ok);
+    const Vec3 bob = sim.sample().motion[0].r;
+    EXPECT_NEAR(bob.x(), -0.2750874626, 1e-5);
+    EXPECT_NEAR(bob.z(), -0.9614192051, 1e-5);
+    EXPECT_GT(sim.statistics().steps, 100);
+    EXPECT_STREQ(sim.integrator_name(), "auto");
+}
+
+TEST(AutoIntegrator, KeepsLoadsFromOutside) {
+    Simulation sim = automatic("pendulum", 1e-8);
+    sim.set_load("bob", {0, 0, 9.81}, Vec3::Zero()); // weightless: it stays where it is
+    ASSERT_TRUE(sim.advance_to(1).ok);
+    EXPECT_NEAR(sim.sample().motion[0].r.x(), -1, 1e-9);
+}
+
+TEST(Statistics, AddUp) {
+    Statistics a, b;
+    a.steps = 3;
+    b.steps = 4;
+    a.order_histogram[5] = 3;
+    b.order_histogram[2] = 4;
+    a.constraint_position_max = 1e-12;
+    b.constraint_position_max = 3e-12;
+    b.seconds.solve = 0.5;
+    a += b;
+    EXPECT_EQ(a.steps, 7);
+    EXPECT_EQ(a.order_histogram[5], 3);
+    EXPECT_EQ(a.order_histogram[2], 4);
+    EXPECT_EQ(a.constraint_position_max, 3e-12);
+    EXPECT_EQ(a.seconds.solve, 0.5);
+}
+
+} // namespace
+} // namespace gudgeon
