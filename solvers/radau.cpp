@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace gudgeon {
 
@@ -17,6 +18,8 @@ namespace {
 constexpr int order = 5;
 constexpr double safety = 0.9;
 constexpr double keep_from = 1.0, keep_to = 1.2; // a new step within these factors is not worth new matrices
+constexpr double below_failed = 0.8;             // of a step that did not converge: the longest tried again
+constexpr double forgetting = 0.005;             // growth of that bound, more with every step
 constexpr double good_contraction = 1e-3;        // better: the derivatives are kept for the next step
 } // namespace
 
@@ -32,7 +35,7 @@ Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitI
     }
     complex_rhs_.assign(2 * (n + m), 0.0);
     q_stage_ = q_end_ = VecX::Zero(system.positions());
-    for (VecX* x : {&u_stage_, &u_end_, &momentum_, &slope_, &error_u_, &error_q_, &f_start_})
+    for (VecX* x : {&u_stage_, &u_end_, &momentum_, &slope_, &error_u_, &error_q_, &f_start_, &rate_})
         *x = VecX::Zero(n);
 }
 
@@ -43,6 +46,7 @@ void Radau::start(const State& state) {
     have_last_ = matrix_current_ = false;
     matrix_h_ = 0;
     contraction_ = 0.1;
+    failed_h_ = std::numeric_limits<double>::infinity();
     h_ = first_step();
 }
 
@@ -79,14 +83,18 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
         count_rejection(reason_of(result), t, order, increment_.norm);
         matrix_current_ = false;
         contraction_ = 0.1;
+        failed_h_ = h;
+        steps_since_failure_ = 0;
         h_ = (result == Corrector::slow ? 0.5 : 0.25) * h;
-        if (rejections_in_row_ > 30)
+        if (rejections_in_row_ > 30 || h_ < smallest_step())
             return failure(reason_of(result), "the corrector did not converge");
         return {};
     }
     error_ = estimate_error(state_.t, h);
     const double work = safety * 21.0 / (sweeps_ + 20.0);
-    double quotient = std::clamp(std::pow(std::max(error_.norm, 1e-12), 0.25) / work, 1.0 / 8, 5.0);
+    double quotient = 5; // an error that is no number
+    if (std::isfinite(error_.norm))
+        quotient = std::clamp(std::pow(std::max(error_.norm, 1e-12), 0.25) / work, 1.0 / 8, 5.0);
     if (!(error_.norm < 1)) {
         count_rejection(StepReason::error_test, t, order, error_.norm);
         h_ = have_last_ ? h / std::max(quotient, 1.1) : 0.1 * h;
@@ -96,7 +104,8 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
             return failure(StepReason::error_test, "the error test failed again and again");
         return {};
     }
-    if (have_last_) { // predictive control (Gustafsson 1994)
+    const bool cut = h < h_;  // at t_stop: says nothing against the longer step
+    if (have_last_ && !cut) { // predictive control (Gustafsson 1994)
         const double predicted =
             (last_h_ / h) * std::pow(error_.norm * error_.norm / last_error_, 0.25) / safety;
         quotient = std::max(quotient, std::clamp(predicted, 1.0 / 8, 5.0));
@@ -107,12 +116,14 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
     if (rejections_in_row_ > 0)
         next = std::min(next, h);
     rejections_in_row_ = 0;
+    failed_h_ *= 1 + forgetting * ++steps_since_failure_;
+    next = std::min(next, below_failed * failed_h_);
     const bool keep = contraction_ <= good_contraction || (sweeps_ == 1 && contraction_ < 0.1);
     if (!keep)
         matrix_current_ = false;
     if (keep && next >= keep_from * h && next <= keep_to * h && !last)
         next = h;
-    if (!last || next < h_)
+    if (!cut || quotient > 1)
         h_ = next;
     accepted = true;
     return {};
@@ -128,10 +139,10 @@ ErrorNorm::Value Radau::estimate_error(double t, double h) {
     const auto weighted = [&](const std::array<VecX, stages>& x) {
         return (k.error_weights[0] * x[0] + k.error_weights[1] * x[1] + k.error_weights[2] * x[2]) / h;
     };
-    const VecX r = state_.u + weighted(Z_);
+    rate_ = state_.u + weighted(Z_);
     momentum_ = weighted(V_);
     mass_times(system_, momentum_, momentum_);
-    blocks_times(system_, ws_.lin.S, r, error_q_);
+    blocks_times(system_, ws_.lin.S, rate_, error_q_);
     momentum_ -= lag * error_q_;
     ErrorNorm::Value error;
     for (int pass = 0; pass < 2; ++pass) {
@@ -144,12 +155,15 @@ ErrorNorm::Value Radau::estimate_error(double t, double h) {
             evaluate_forces(system_, t, ws_);
             evaluate_constraints(system_, t, state_.lambda.data(), false, ws_);
             ++statistics_.evaluations;
+            blocks_times(system_, ws_.lin.S, error_u_, error_q_);
+            momentum_ -= lag * error_q_;
+            rate_ += error_u_;
             rhs_.head(n) = momentum_ + ws_.f;
         }
         rhs_.segment(n, m).setZero();
         solver_.solve({rhs_.data(), static_cast<std::size_t>(n + m)}, 1);
         error_u_ = rhs_.head(n);
-        error_q_ = lag * (r + error_u_);
+        error_q_ = lag * (rate_ + error_u_);
         error = norm_.increment(error_q_.data(), error_u_.data());
         if (error.norm < 1 || (have_last_ && rejections_in_row_ == 0))
             break;

@@ -36,14 +36,14 @@ class Radau final : public ImplicitIntegrator {
     // radau_corrector.cpp: the stage equations
     void predict(double h);
     Corrector correct(double t, double h);
-    bool refresh_matrices(double h);
+    Corrector refresh_matrices(double h);
     void linearise_in_step();
     void stage_residual(int stage, double t, double h);
     void solve_increments(double h);
     bool turn_to_velocities(double h);
     void stage_coordinates(int stage, VecX& q) const;
     void move_end() override;
-    bool renew_matrix(double) override { return false; } // the next try gets new ones
+    bool renew_matrix(double) override { return true; } // the next try gets new ones
     const VecX& end_q() const override { return q_end_; }
     const VecX& end_u() const override { return u_end_; }
 
@@ -54,7 +54,7 @@ class Radau final : public ImplicitIntegrator {
     std::array<VecX, stages> V_, Z_, X_, lambda_; // of the step being tried
     std::array<VecX, stages> stage_rhs_;          // per stage: momentum and velocity residual; positions
     std::vector<std::complex<double>> complex_rhs_;
-    VecX q_stage_, u_stage_, q_end_, u_end_, momentum_, slope_, error_u_, error_q_, f_start_;
+    VecX q_stage_, u_stage_, q_end_, u_end_, momentum_, slope_, error_u_, error_q_, f_start_, rate_;
     std::array<double, stages + 1> dissipated_power_{}, input_power_{};
 
     // memory between steps; the collocation polynomials of the last accepted step
@@ -62,6 +62,8 @@ class Radau final : public ImplicitIntegrator {
     VecX last_lambda_start_;
     double last_h_ = 0, matrix_h_ = 0, matrix_t_ = 0;
     double contraction_ = 0.1, last_error_ = 1e-2;
+    double failed_h_ = 0; // step for which the corrector failed last, slowly forgotten
+    int steps_since_failure_ = 0;
     int sweeps_ = 0;
     bool have_last_ = false, matrix_current_ = false;
 };

@@ -14,21 +14,27 @@ namespace {
 
 constexpr int most_sweeps = 10;
 constexpr int most_turn_iterations = 40;
+constexpr double most_growth = 10; // of a step, over which the last polynomial is carried on
 // Assumed at least for the first sweep of a step: one accepted unseen leaves stiff modes astray, which the
 // error estimate then follows with short steps.
 constexpr double least_contraction = 0.1;
 
 } // namespace
 
-// Start values: the collocation polynomial of the last step, carried on; constant accelerations at first.
+// Start values: the collocation polynomial of the last step, carried on; constant accelerations at first
+// and after a step so short that its polynomial says nothing about this one.
 void Radau::predict(double h) {
     const PhaseTimer timer(statistics_.seconds.control);
     const RadauCoefficients& k = radau_coefficients();
     const std::array<double, 4> nodes{0, k.c[0], k.c[1], 1};
     std::array<double, 4> w{};
+    if (have_last_ && h > most_growth * last_h_) // slope of the collocation polynomial at its end
+        slope_ = (k.A_inverse(2, 0) * last_V_[0] + k.A_inverse(2, 1) * last_V_[1] +
+                  k.A_inverse(2, 2) * last_V_[2]) /
+                 last_h_;
     for (int i = 0; i < stages; ++i) {
         X_[i].setZero();
-        if (!have_last_) {
+        if (!have_last_ || h > most_growth * last_h_) {
             V_[i] = k.c[i] * h * slope_;
             Z_[i].setZero();
             lambda_[i] = state_.lambda;
@@ -98,7 +104,7 @@ void Radau::linearise_in_step() {
     matrix_current_ = true;
 }
 
-bool Radau::refresh_matrices(double h) {
+Radau::Corrector Radau::refresh_matrices(double h) {
     const RadauCoefficients& k = radau_coefficients();
     const double real = k.real_eigenvalue / h;
     const std::complex<double> pair = k.eigenvalue / h;
@@ -108,9 +114,13 @@ bool Radau::refresh_matrices(double h) {
         saddle_.assemble(system_, ws_, pair, 1.0 / pair, complex_values_);
     }
     const PhaseTimer timer(statistics_.seconds.factor);
-    const bool ok = solver_.factor(values_).ok() && complex_.factor(complex_values_).ok();
-    matrix_h_ = ok ? h : 0;
-    return ok;
+    FactorStatus status = solver_.factor(values_);
+    if (status.ok())
+        status = complex_.factor(complex_values_);
+    matrix_h_ = status.ok() ? h : 0;
+    return status.ok()                                     ? Corrector::converged
+           : status.kind == FactorStatus::Kind::non_finite ? Corrector::non_finite
+                                                           : Corrector::singular;
 }
 
 // stage_rhs_[i]: force balance (n), velocity constraints (m), position constraints (m).
@@ -176,7 +186,8 @@ void Radau::solve_increments(double h) {
 
 Radau::Corrector Radau::correct(double t, double h) {
     const RadauCoefficients& k = radau_coefficients();
-    const double target = std::min(0.03, std::sqrt(options_.rtol));
+    const double tol = std::max(options_.rtol, options_.atol), round_off = 10 * 2.2e-16 / tol;
+    const double target = std::max(round_off, std::min(0.03, std::sqrt(tol)));
     if (!turn_to_velocities(h))
         return Corrector::slow;
     if (!matrix_current_) {
@@ -184,8 +195,9 @@ Radau::Corrector Radau::correct(double t, double h) {
         linearise_in_step();
         matrix_h_ = 0;
     }
-    if (matrix_h_ != h && !refresh_matrices(h))
-        return Corrector::singular;
+    if (matrix_h_ != h)
+        if (const Corrector result = refresh_matrices(h); result != Corrector::converged)
+            return result;
     double last = 0, ratio = std::max(least_contraction, std::pow(std::max(contraction_, 1e-10), 0.8));
     for (sweeps_ = 1; sweeps_ <= most_sweeps; ++sweeps_) {
         for (int i = 0; i < stages; ++i)
