@@ -1,6 +1,6 @@
 // Order of Gear's method, seen in the errors of positions and velocities against exact motions.
 #include "solvers/simulation.hpp"
-#include "tests/solvers/elliptic.hpp"
+#include "tests/solvers/exact_motions.hpp"
 #include "tests/solvers/reference_table.hpp"
 #include "tests/solvers/system_tools.hpp"
 
@@ -29,18 +29,6 @@ Measured counted(const Simulation& sim, int order) {
     return {static_cast<double>(s.steps), static_cast<double>(s.order_histogram[order]), 0, 0};
 }
 
-/// The ready pendulum: sin(theta / 2) = k sn(K - w t), theta from the lowest point.
-struct PendulumTruth {
-    Vec3 r, v;
-    explicit PendulumTruth(double t) {
-        const double k = std::sqrt(0.5), w = std::sqrt(9.81);
-        const Jacobi j = jacobi(std::comp_ellint_1(k) - w * t, k);
-        const double theta = 2 * std::asin(k * j.sn), rate = -2 * k * w * j.cn;
-        r = {-std::sin(theta), 0, -std::cos(theta)};
-        v = {-std::cos(theta) * rate, 0, std::sin(theta) * rate};
-    }
-};
-
 Measured pendulum_run(double tol, int order) {
     Simulation sim(build_mechanism("pendulum"), tolerance(tol, order));
     double position = 0, velocity = 0;
@@ -55,19 +43,6 @@ Measured pendulum_run(double tol, int order) {
     run.position = position;
     run.velocity = velocity;
     return run;
-}
-
-/// Velocity of the mass centre of the ready heavy top from its first integrals (energy, angular momentum
-/// about Z and about its own axis), given the exact tilt and azimuth and the sign of the tilt's rate.
-Vec3 top_velocity(double azimuth, double tilt, bool falling) {
-    const double m = 1, l = 0.3, axial = 0.01, spin = 40, tilt0 = pi / 3, g = 9.81;
-    const double across = 0.02 + m * l * l, own = axial * spin, about_z = own * std::cos(tilt0);
-    const double s = std::sin(tilt), c = std::cos(tilt);
-    const double precession = (about_z - own * c) / (across * s * s);
-    const double square = 2 * m * g * l * (std::cos(tilt0) - c) / across - std::pow(precession * s, 2);
-    const double rate = (falling ? 1 : -1) * std::sqrt(square);
-    const double sa = std::sin(azimuth), ca = std::cos(azimuth);
-    return l * (rate * Vec3(c * ca, c * sa, -s) + precession * s * Vec3(-sa, ca, 0));
 }
 
 Measured top_run(double tol, int order) {

@@ -1,4 +1,4 @@
-// Gear's steps take no memory: every malloc of the process is counted while a thread asks for it.
+// Steps take no memory: every malloc of the process is counted while a thread asks for it.
 #include "core/user_force.hpp"
 #include "solvers/simulation.hpp"
 #include "tests/solvers/system_tools.hpp"
@@ -76,24 +76,28 @@ class NoAllocation : public testing::Test {
         return 0;
     }
 #endif
+};
 
+class NoAllocationSteps : public NoAllocation, public testing::WithParamInterface<const char*> {
+  protected:
     /// Steps until 1000 of them were counted; those with a full factorisation are left out.
     static void expect_none(const std::string& name, const std::map<std::string, std::string>& parameters,
                             double tol) {
         SCOPED_TRACE(name);
         SimulationOptions options;
+        options.integrator = GetParam();
         options.integration.rtol = options.integration.atol = tol;
         Simulation sim(build_mechanism(name, parameters), options);
-        Integrator& gear = sim.integrator();
+        Integrator& integrator = sim.integrator();
         for (int i = 0; i < 50; ++i)
-            ASSERT_TRUE(gear.advance(1e3).ok);
+            ASSERT_TRUE(integrator.advance(1e3).ok);
         long steps = 0, with_allocation = 0, allocations = 0;
         for (int i = 0; i < 5000 && steps < 1000; ++i) {
-            const long before = gear.statistics().factorisations;
+            const long before = integrator.statistics().factorisations;
             bool ok = true;
-            const long n = count([&] { ok = gear.advance(1e3).ok; });
+            const long n = count([&] { ok = integrator.advance(1e3).ok; });
             ASSERT_TRUE(ok);
-            if (gear.statistics().factorisations != before)
+            if (integrator.statistics().factorisations != before)
                 continue;
             ++steps;
             allocations += n;
@@ -115,12 +119,14 @@ TEST_F(NoAllocation, HookCounts) {
     EXPECT_EQ(count([] { EXPECT_TRUE(true); }), 0);
 }
 
-TEST_F(NoAllocation, StepsOfAChain) { expect_none("chain", {{"links", "10"}}, 1e-6); }
-TEST_F(NoAllocation, StepsOfASliderCrank) { expect_none("slider-crank", {}, 1e-6); }
-TEST_F(NoAllocation, StepsOfASuspensionChain) { expect_none("suspension-chain", {{"units", "3"}}, 1e-5); }
-TEST_F(NoAllocation, StepsOfAPerfectSuspensionChain) {
+TEST_P(NoAllocationSteps, OfAChain) { expect_none("chain", {{"links", "10"}}, 1e-6); }
+TEST_P(NoAllocationSteps, OfASliderCrank) { expect_none("slider-crank", {}, 1e-6); }
+TEST_P(NoAllocationSteps, OfASuspensionChain) { expect_none("suspension-chain", {{"units", "3"}}, 1e-5); }
+TEST_P(NoAllocationSteps, OfAPerfectSuspensionChain) {
     expect_none("suspension-chain", {{"units", "3"}, {"joints", "perfect"}}, 1e-5);
 }
+
+INSTANTIATE_TEST_SUITE_P(Implicit, NoAllocationSteps, testing::Values("gear", "radau"));
 
 TEST_F(NoAllocation, EvaluationOfEverything) {
     const System system = compiled("suspension-chain", {{"units", "2"}});

@@ -1,7 +1,6 @@
-// Steps of Gear's method: their record, reasons for rejection, limits, and clean ends.
+// Steps of Gear's method and of Radau IIA: their record, reasons for rejection, limits, and clean ends.
 #include "core/user_force.hpp"
 #include "models/builders.hpp"
-#include "solvers/gear.hpp"
 #include "solvers/simulation.hpp"
 #include "tests/solvers/system_tools.hpp"
 
@@ -15,13 +14,30 @@ namespace {
 
 using namespace test;
 
-SimulationOptions tolerance(double tol) {
-    SimulationOptions options;
-    options.integration.rtol = options.integration.atol = tol;
-    return options;
-}
+class ImplicitSteps : public testing::TestWithParam<const char*> {
+  protected:
+    static SimulationOptions tolerance(double tol) {
+        SimulationOptions options;
+        options.integrator = GetParam();
+        options.integration.rtol = options.integration.atol = tol;
+        return options;
+    }
 
-TEST(GearSteps, EveryAttemptIsOnRecordWithItsReason) {
+    /// Chain of three whose second link meets a place where its force is no number.
+    static SimulationOptions trap(double height) {
+        SimulationOptions options = tolerance(1e-6);
+        options.user_forces = {
+            {"trap", {"ground", "link2"}, [height](const UserForceInput& in, UserForceOutput& out) {
+                 if (in.b.r.z() < height)
+                     out.wrench.force_b.x() = std::numeric_limits<double>::quiet_NaN();
+             }}};
+        return options;
+    }
+};
+
+INSTANTIATE_TEST_SUITE_P(Both, ImplicitSteps, testing::Values("gear", "radau"));
+
+TEST_P(ImplicitSteps, EveryAttemptIsOnRecordWithItsReason) {
     Simulation sim(build_mechanism("suspension-chain"), tolerance(1e-5));
     std::vector<StepRecord> records;
     sim.integrator().on_step = [&](const StepRecord& r) { records.push_back(r); };
@@ -63,16 +79,16 @@ TEST(GearSteps, EveryAttemptIsOnRecordWithItsReason) {
     EXPECT_GE(s.nnz_factors, sim.system().velocities());
 }
 
-TEST(GearSteps, ConstraintsHoldAtEveryAcceptedStep) {
+TEST_P(ImplicitSteps, ConstraintsHoldAtEveryAcceptedStep) {
     for (const char* name : {"pendulum", "slider-crank", "chain", "triple-pendulum"})
         for (const double tol : {1e-3, 1e-5, 1e-7}) {
             Simulation sim(build_mechanism(name), tolerance(tol));
             Workspace ws = make_workspace(sim.system());
             double phi = 0, rate = 0;
-            Integrator& gear = sim.integrator();
-            while (gear.state().t < 1) {
-                ASSERT_TRUE(gear.advance(1).ok);
-                const State& s = gear.state();
+            Integrator& integrator = sim.integrator();
+            while (integrator.state().t < 1) {
+                ASSERT_TRUE(integrator.advance(1).ok);
+                const State& s = integrator.state();
                 ws.angles = s.angles;
                 set_motion(sim.system(), s.q, s.u, ws);
                 evaluate_constraints(sim.system(), s.t, nullptr, false, ws);
@@ -87,20 +103,21 @@ TEST(GearSteps, ConstraintsHoldAtEveryAcceptedStep) {
         }
 }
 
-TEST(GearSteps, LongestStepAndHighestOrderAreObeyed) {
+TEST_P(ImplicitSteps, LongestStepIsObeyed) {
     SimulationOptions options = tolerance(1e-3);
     options.integration.step = 2e-3;
-    options.integration.max_order = 2;
+    options.integration.max_order = 2; // gear
     Simulation sim(build_mechanism("chain"), options);
     ASSERT_TRUE(sim.advance_to(0.5).ok);
     const Statistics& s = sim.statistics();
     EXPECT_LE(s.largest_step, 2e-3 * (1 + 1e-12));
     EXPECT_GE(s.steps, 250);
     EXPECT_LT(s.steps, 300);
-    EXPECT_EQ(s.order_histogram[1] + s.order_histogram[2], s.steps);
+    const bool gear = GetParam() == std::string("gear");
+    EXPECT_EQ(gear ? s.order_histogram[1] + s.order_histogram[2] : s.order_histogram[5], s.steps);
 }
 
-TEST(GearSteps, StopsExactlyWhereTold) {
+TEST_P(ImplicitSteps, StopsExactlyWhereTold) {
     Simulation sim(build_mechanism("heavy-top"), tolerance(1e-6));
     for (const double t : {1e-6, 0.1, 0.1 + 1e-9, 0.35, 0.36}) {
         ASSERT_TRUE(sim.advance_to(t).ok);
@@ -109,20 +126,20 @@ TEST(GearSteps, StopsExactlyWhereTold) {
     }
 }
 
-TEST(GearSteps, InterpolantMeetsTheStepsAndStaysWithinTheTolerance) {
+TEST_P(ImplicitSteps, InterpolantMeetsTheStepsAndStaysWithinTheTolerance) {
     const double tol = 1e-7;
     Simulation sim(build_mechanism("heavy-top"), tolerance(tol));
     Simulation fine(build_mechanism("heavy-top"), tolerance(1e-12));
     ASSERT_TRUE(sim.advance_past(0.2, 1).ok);
-    Integrator& gear = sim.integrator();
+    Integrator& integrator = sim.integrator();
     const double h = sim.statistics().largest_step;
-    State at = gear.state();
-    gear.interpolate(gear.state().t, at);
-    EXPECT_LT((at.q - gear.state().q).norm() + (at.u - gear.state().u).norm(), 1e-12);
-    const double end = gear.state().t;
+    State at = integrator.state();
+    integrator.interpolate(integrator.state().t, at);
+    EXPECT_LT((at.q - integrator.state().q).norm() + (at.u - integrator.state().u).norm(), 1e-12);
+    const double end = integrator.state().t;
     for (const double back : {0.5, 0.25, 0.125}) {
         const double t = end - back * std::min(h, end - 0.2);
-        gear.interpolate(t, at);
+        integrator.interpolate(t, at);
         ASSERT_TRUE(fine.advance_to(t).ok || fine.time() > t);
         EXPECT_EQ(at.t, t);
         EXPECT_LT((at.q - fine.state().q).cwiseAbs().maxCoeff(), 100 * tol);
@@ -130,18 +147,7 @@ TEST(GearSteps, InterpolantMeetsTheStepsAndStaysWithinTheTolerance) {
     }
 }
 
-/// Chain of three whose second link meets a place where its force is no number.
-SimulationOptions trap(double height) {
-    SimulationOptions options = tolerance(1e-6);
-    options.user_forces = {
-        {"trap", {"ground", "link2"}, [height](const UserForceInput& in, UserForceOutput& out) {
-             if (in.b.r.z() < height)
-                 out.wrench.force_b.x() = std::numeric_limits<double>::quiet_NaN();
-         }}};
-    return options;
-}
-
-TEST(GearSteps, ForceThatIsNoNumberEndsTheRunByName) {
+TEST_P(ImplicitSteps, ForceThatIsNoNumberEndsTheRunByName) {
     const double height = -0.5;
     Simulation sim(build_mechanism("chain", {{"links", "3"}}), trap(height));
     const StepOutcome outcome = sim.advance_to(2);
@@ -163,7 +169,7 @@ TEST(GearSteps, ForceThatIsNoNumberEndsTheRunByName) {
     EXPECT_GT(sim.statistics().rejected_newton, 0);
 }
 
-TEST(GearSteps, NanInOneOfTwoUncoupledBodiesIsNotPassedOver) {
+TEST_P(ImplicitSteps, NanInOneOfTwoUncoupledBodiesIsNotPassedOver) {
     Model model;
     model.bodies = {make_body("first", 1, {1, 1, 1}, {0, 0, 0}),
                     make_body("second", 1, {1, 1, 1}, {3, 0, 0})};
@@ -182,7 +188,7 @@ TEST(GearSteps, NanInOneOfTwoUncoupledBodiesIsNotPassedOver) {
     EXPECT_GT(sim.time(), 0.39);
 }
 
-TEST(GearSteps, MechanismPulledBeyondItsReachEndsThere) {
+TEST_P(ImplicitSteps, MechanismPulledBeyondItsReachEndsThere) {
     // crank of 0.08 m about (0.1, 0.12): the rod's end comes as near to the slider's line as this
     const double nearest = std::hypot(0.1, 0.12) - 0.08, reach = std::sqrt(0.09 - nearest * nearest);
     Model model = build_mechanism("slider-crank");

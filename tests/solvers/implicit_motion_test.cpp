@@ -1,4 +1,4 @@
-// Gear's method on motions with first integrals, and energies that account for everything.
+// Gear's method and Radau IIA on motions with first integrals, and energies that account for everything.
 #include "models/builders.hpp"
 #include "solvers/simulation.hpp"
 #include "tests/solvers/elliptic.hpp"
@@ -11,11 +11,17 @@ namespace {
 
 using namespace test;
 
-SimulationOptions tolerance(double tol) {
-    SimulationOptions options;
-    options.integration.rtol = options.integration.atol = tol;
-    return options;
-}
+class ImplicitMotion : public testing::TestWithParam<const char*> {
+  protected:
+    static SimulationOptions tolerance(double tol) {
+        SimulationOptions options;
+        options.integrator = GetParam();
+        options.integration.rtol = options.integration.atol = tol;
+        return options;
+    }
+};
+
+INSTANTIATE_TEST_SUITE_P(Both, ImplicitMotion, testing::Values("gear", "radau"));
 
 const Vec3 inertia(1, 2, 2.5);
 
@@ -30,7 +36,7 @@ Model tumbler(const Vec3& spin) {
     return model;
 }
 
-TEST(Gear, TumblingBodyFollowsEulersSolution) {
+TEST_P(ImplicitMotion, TumblingBodyFollowsEulersSolution) {
     // J1 < J2 < J3 and M^2 > 2 E J2: w3 never vanishes (Landau & Lifshitz, section 37)
     const Vec3 spin(2, 0, 3);
     const double e2 = inertia.dot(spin.cwiseAbs2()), m2 = inertia.cwiseProduct(spin).squaredNorm();
@@ -52,14 +58,14 @@ TEST(Gear, TumblingBodyFollowsEulersSolution) {
         EXPECT_LT((rotation(s.q.segment<4>(3)) * inertia.cwiseProduct(w) - momentum).norm(), 5e-6);
         EXPECT_NEAR(inertia.dot(w.cwiseAbs2()), e2, 5e-6);
         EXPECT_NEAR(s.q.segment<4>(3).norm(), 1, 1e-14);
-        // the mass centre flies its parabola, which BDF of order 2 and more has exactly
+        // the mass centre flies its parabola, which both have exactly from order 2 on
         EXPECT_LT((s.q.head<3>() - Vec3(t, 2 * t, 1 + 3 * t - 0.5 * 9.81 * t * t)).norm(), 1e-6);
         EXPECT_LT((s.u.head<3>() - Vec3(1, 2, 3 - 9.81 * t)).norm(), 1e-6);
         EXPECT_NEAR(sim.sample().balance, 0, 2e-5);
     }
 }
 
-TEST(Gear, FreeBodyKeepsItsMomentumBetterWithATighterTolerance) {
+TEST_P(ImplicitMotion, FreeBodyKeepsItsMomentumBetterWithATighterTolerance) {
     double last = 1;
     for (const double tol : {1e-4, 1e-6, 1e-8}) {
         Simulation sim(tumbler({0.1, 4, 0.1}), tolerance(tol)); // about the unstable axis
@@ -78,7 +84,7 @@ TEST(Gear, FreeBodyKeepsItsMomentumBetterWithATighterTolerance) {
     }
 }
 
-TEST(Gear, PairOfBodiesKeepsItsMomenta) {
+TEST_P(ImplicitMotion, PairOfBodiesKeepsItsMomenta) {
     // two free bodies with a damped spring between them: forces inside change no momentum
     Model model = tumbler({1, 2, 3});
     Body other = make_body("other", 1, {0.4, 0.5, 0.6}, {1.5, 0.2, 0.3});
@@ -113,7 +119,7 @@ TEST(Gear, PairOfBodiesKeepsItsMomenta) {
     EXPECT_NEAR(sim.sample().balance, 0, 1e-5);
 }
 
-TEST(Gear, DampedSpringLosesWhatTheClosedFormSays) {
+TEST_P(ImplicitMotion, DampedSpringLosesWhatTheClosedFormSays) {
     // 2 kg, 50 N/m, 3 N s/m along X from 0.4 m at rest
     Model model;
     model.gravity.setZero();
@@ -144,7 +150,7 @@ TEST(Gear, DampedSpringLosesWhatTheClosedFormSays) {
     }
 }
 
-TEST(Gear, SuspensionBooksRoadAndDamping) {
+TEST_P(ImplicitMotion, SuspensionBooksRoadAndDamping) {
     Simulation sim(build_mechanism("suspension-chain"), tolerance(1e-6));
     const double at_start = sim.sample().energies.mechanical();
     double last = 0;
