@@ -24,6 +24,8 @@ constexpr double growth_worth = 1.2; // smaller growth is not worth a new matrix
 Gear::Gear(const System& system, const IntegratorOptions& options) : ImplicitIntegrator(system, options) {
     const Eigen::Index nq = system.positions(), n = system.velocities();
     options_.max_order = std::clamp(options_.max_order, 1, 5);
+    for (const Joint& joint : system.model.joints)
+        driven_ = driven_ || !joint.drives.empty();
     history_.reserve(nq, n, system.row_count());
     for (VecX* x : {&q_predicted_, &beta_q_})
         *x = VecX::Zero(nq);

@@ -84,7 +84,9 @@ bool Gear::multipliers_settled() const {
     if (m == 0)
         return true;
     const double change = rhs_.segment(n, m).cwiseAbs().maxCoeff();
-    return change <= multiplier_share * (largest(history_.next_lambda()) + largest(ws_.f)) + 1e-9;
+    // drives take their work from the multipliers: then these are wanted to the tolerance
+    const double share = driven_ ? std::min(multiplier_share, 10 * options_.rtol) : multiplier_share;
+    return change <= share * (largest(history_.next_lambda()) + largest(ws_.f)) + 1e-9;
 }
 
 bool Gear::renew_matrix(double t) { return matrix_fresh_ || refresh_matrix(t) == Corrector::converged; }

@@ -28,8 +28,9 @@ struct KluOptions {
 /// factorisation when they fail. All right-hand sides of one solve() go through the factors together.
 ///
 /// Up to 4000 unknowns two orderings are tried at the first factorisation and the one with less work is kept:
-/// minimum degree on the unknowns, and on pairs of multiplier and constrained unknown (solvers/saddle_ordering.hpp), better
-/// where bodies carry many joints; larger systems take the latter. A given ordering replaces both.
+/// minimum degree on the unknowns, and on pairs of multiplier and constrained unknown
+/// (solvers/saddle_ordering.hpp), better where bodies carry many joints; larger systems take the latter. A
+/// given ordering replaces both.
 ///
 /// After the first full factorisation and the first solve of as many columns, a refactorisation and a
 /// solve allocate nothing.
