@@ -14,28 +14,6 @@ namespace {
 
 constexpr double unstable_error = 1; // m
 
-const char* reason_name(StepReason reason) {
-    switch (reason) {
-    case StepReason::none:
-        break;
-    case StepReason::error_test:
-        return "error test";
-    case StepReason::newton:
-        return "newton";
-    case StepReason::contact:
-        return "contact";
-    case StepReason::singular:
-        return "singular";
-    case StepReason::non_finite:
-        return "unstable";
-    case StepReason::step_too_small:
-        return "step too small";
-    case StepReason::constraints:
-        return "constraints";
-    }
-    return "stopped";
-}
-
 /// Residuals of the constraints at a sample.
 class ConstraintWatch {
   public:
@@ -99,7 +77,7 @@ Accuracy measure_accuracy(const Problem& problem, const Settings& settings) {
     for (std::size_t k = 0; k < problem.times.size() && result.ok(); ++k) {
         const StepOutcome outcome = sim.advance_past(problem.times[k], problem.end);
         if (!outcome.ok) {
-            result.status = reason_name(outcome.reason);
+            result.status = step_reason_name(outcome.reason);
             break;
         }
         const Sample& sample = sim.sample_at(problem.times[k]);
@@ -115,7 +93,7 @@ Accuracy measure_accuracy(const Problem& problem, const Settings& settings) {
     if (problem.times.empty()) {
         const StepOutcome outcome = sim.advance_past(problem.end, problem.end);
         if (!outcome.ok)
-            result.status = reason_name(outcome.reason);
+            result.status = step_reason_name(outcome.reason);
     }
     if (problem.times.empty() || !result.ok())
         result.error = std::numeric_limits<double>::quiet_NaN();
