@@ -8,6 +8,7 @@ line: file | old | new, where old occurs exactly once in the file. Ends with "N 
 no test notices is a failure. Exit status 0 only when all were noticed.
 """
 import argparse
+import os
 import pathlib
 import shutil
 import subprocess
@@ -60,6 +61,7 @@ def main():
     parser.add_argument("--jobs", default="2")
     parser.add_argument("--filter", default="-*Slow*:*CommandLine*:*BadInputs*", help="gtest filter")
     options = parser.parse_args()
+    os.environ["OMP_WAIT_POLICY"] = "passive"  # waiting threads must not fight the builds for the cores
     source, build = options.build / "source", options.build / "build"
     source.mkdir(parents=True, exist_ok=True)
     copy_sources(source)
