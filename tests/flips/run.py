@@ -29,13 +29,13 @@ def read_flips(only):
 
 
 def copy_sources(target):
-    """Copies what changed, keeping times, so that a second run builds little."""
+    """Copies what changed, so that a second run builds little."""
     files = [f for folder in FOLDERS for f in (ROOT / folder).rglob("*") if f.is_file()] + [ROOT / "CMakeLists.txt"]
     for file in files:
         copy = target / file.relative_to(ROOT)
         if not copy.exists() or copy.read_bytes() != file.read_bytes():
             copy.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(file, copy)
+            shutil.copy(file, copy)  # a new time: a flip left by a killed run is built again
     wanted = {target / file.relative_to(ROOT) for file in files}
     for copy in target.rglob("*"):
         if copy.is_file() and copy not in wanted:
