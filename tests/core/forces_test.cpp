@@ -294,6 +294,11 @@ TEST(AppliedForce, ByHand) {
     EXPECT_LT((w.force_b - Vec3(0, 5, 0)).norm(), 1e-14);
     EXPECT_LT(w.moment_b.norm(), 1e-14);
 
+    x.force = {0, 10, 0};
+    w = AppliedForceKernel<true>::wrench(e, x); // along body y at body x: turns about body z
+    EXPECT_LT((w.force_b - Vec3(-5, 0, 0)).norm(), 1e-14);
+    EXPECT_LT((w.moment_b - Vec3(0, 0, 5)).norm(), 1e-14);
+
     x.force.setZero();
     x.torque = {4, 0, 0};
     EXPECT_LT((AppliedForceKernel<false>::wrench(e, x).moment_b - Vec3(0, -2, 0)).norm(), 1e-14);
