@@ -14,7 +14,6 @@
 namespace gudgeon {
 
 namespace {
-constexpr int largest_trial = 4000;              // as in klu_solver.cpp
 constexpr double worst_reciprocal_growth = 1e-7; // min over columns of max|A| / max|U|
 constexpr double smallest_pivot_share = 1e-14;   // of the largest: below, new pivots are chosen
 } // namespace
@@ -74,10 +73,7 @@ bool ComplexKluSolver::Impl::full() {
 bool ComplexKluSolver::Impl::choose() {
     std::vector<int> best;
     double least = std::numeric_limits<double>::infinity();
-    std::vector<std::vector<int>> candidates{saddle_ordering(pattern)};
-    if (pattern.cols <= largest_trial)
-        candidates.push_back(minimum_degree_ordering(pattern));
-    for (const std::vector<int>& perm : candidates) {
+    for (const std::vector<int>& perm : ordering_candidates(pattern)) {
         order(perm);
         if (!full() || !klu_z_flops(symbolic, numeric, &common) || common.flops >= least)
             continue;

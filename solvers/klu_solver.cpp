@@ -18,10 +18,8 @@ namespace {
 
 constexpr double round_off = std::numeric_limits<double>::epsilon();
 constexpr double refined_enough = 8 * round_off; // backward error that needs no correction
-/// Minimum degree may lose its ordering to pivoting, and then its trial grows with the square of the size.
-constexpr int largest_trial = 4000;
-constexpr double suspicious_pivot = 1e-9;  // share of its column: worth a condition number
-constexpr double hopeless_residual = 1e-5; // of the largest terms: one refinement does not repair this
+constexpr double suspicious_pivot = 1e-9;        // share of its column: worth a condition number
+constexpr double hopeless_residual = 1e-5;       // of the largest terms: one refinement does not repair this
 
 /// Column k of L or U inside KLU's packed storage: len indices, padded to whole doubles, then len values.
 struct FactorColumn {
@@ -275,9 +273,7 @@ void KluSolver::analyse(const CscPattern& pattern) {
     s.pattern = pattern;
     const int n = pattern.cols;
     if (s.ordering.empty()) {
-        s.candidates = {saddle_ordering(pattern)};
-        if (n <= largest_trial)
-            s.candidates.push_back(minimum_degree_ordering(pattern));
+        s.candidates = ordering_candidates(pattern);
     } else {
         check_permutation(s.ordering, n);
         s.candidates = {s.ordering};

@@ -150,4 +150,12 @@ std::vector<int> saddle_ordering(const CscPattern& a) {
     return perm;
 }
 
+std::vector<std::vector<int>> ordering_candidates(const CscPattern& a) {
+    constexpr int largest_trial = 4000;
+    std::vector<std::vector<int>> candidates{saddle_ordering(a)};
+    if (a.cols <= largest_trial)
+        candidates.push_back(minimum_degree_ordering(a));
+    return candidates;
+}
+
 } // namespace gudgeon

@@ -17,4 +17,8 @@ std::vector<int> minimum_degree_ordering(const CscPattern& a);
 /// the diagonal (Duff & Pralet 2005).
 std::vector<int> saddle_ordering(const CscPattern& a);
 
+/// Orderings worth a trial factorisation: the saddle ordering, and up to 4000 unknowns plain minimum degree,
+/// which may lose its ordering to pivoting; its trial then grows with the square of the size.
+std::vector<std::vector<int>> ordering_candidates(const CscPattern& a);
+
 } // namespace gudgeon
