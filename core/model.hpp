@@ -13,6 +13,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -45,7 +46,14 @@ enum class JointKind {
     distance,
 };
 
-enum class Fidelity { perfect, bushing };
+/// What holds a relative motion: a constraint, rubber, contact after a free play, or nothing.
+enum class Fidelity { perfect, bushing, clearance, free };
+
+/// The relative motions a joint may hold (design of AP 2.2): a joint kind holds some of them. Spherical
+/// and universal joints hold all three displacements as `radial`; a universal joint's right angle is its
+/// `misalignment`.
+enum class Motion { radial, axial, misalignment, rotation };
+inline constexpr std::array<std::string_view, 4> motion_names{"radial", "axial", "misalignment", "rotation"};
 
 /// Six-component elastic law between the joint frames: three translations, three rotations
 /// (components of the rotation vector), in the joint frame (h, t, b) or, with global_axes, along
@@ -56,6 +64,69 @@ struct Bushing {
     std::array<double, 6> preload{};   // N, N m: restoring force at zero displacement
     std::array<Table, 6> tables;       // restoring force against displacement, replaces the stiffness
     bool global_axes = false;
+};
+
+/// Elastic constants of one of the two bodies in contact.
+struct Material {
+    double young = 0;   // Pa
+    double poisson = 0; // 1
+};
+
+/// Normal contact law as the user says it; contact/normal_law.hpp lists the kinds and what each needs.
+/// Force against penetration: N and m, or N m and rad on a rotation. The stiffness is the whole joint's.
+struct ContactLaw {
+    std::string kind = "lankarani-nikravesh";
+    std::optional<double> stiffness;   // N/m^exponent; absent: from materials and geometry
+    std::optional<double> exponent;    // 1; absent: the law's own
+    std::optional<double> restitution; // 1
+    std::optional<double> speed;       // m/s, kelvin-voigt: width of its transition
+    std::optional<double> damping;     // N s/m, linear and tabulated laws, bushing part of a blend
+    std::optional<std::array<Material, 2>> materials; // of bearing and journal
+    Table table;                                      // force against penetration, replaces the stiffness
+    // blend (AP 50): a bushing of this thickness, then over a width the law in `hard` (one entry)
+    std::optional<double> thickness; // m
+    std::optional<double> width;     // m
+    bool smooth = false;             // C1 blend instead of the weighted sum
+    std::vector<ContactLaw> hard;
+};
+
+/// Friction as the user says it; contact/friction_law.hpp lists the kinds.
+struct Friction {
+    std::string kind = "coulomb";          // coulomb, coulomb-smooth, lugre, dahl
+    double kinetic = 0;                    // mu_k, 1
+    std::optional<double> statics;         // mu_s, 1; absent: mu_k
+    std::optional<double> speed;           // m/s, threshold (coulomb) or Stribeck speed (lugre)
+    double exponent = 2;                   // of the Stribeck curve
+    std::optional<double> sigma0;          // 1/m, bristle stiffness per normal force
+    double sigma1 = 0, sigma2 = 0;         // s/m
+    std::optional<double> normal_force;    // N, given; else that of the contact or of the reaction
+    std::optional<double> radius;          // m, of the pin (rotations: slip speed = radius x rate)
+    std::optional<std::string> coordinate; // of the joint; absent: its only free one
+};
+
+/// Play between bearing and journal: radial = bearing radius - journal radius, and so on.
+struct Clearance {
+    std::string model = "strips";         // strips, planar, two-end (cylinders); slot (guide)
+    std::optional<double> radial;         // m
+    std::optional<double> axial;          // m, each side, between end faces; absent: the radial one
+    std::optional<double> rotation;       // rad, each side: key or spline
+    std::optional<double> misalignment;   // rad, universal joints: play of the right angle
+    std::optional<double> radius;         // m, of the bearing or socket
+    std::optional<double> length;         // m, of the bearing
+    std::optional<double> journal_length; // m, centred on b's point; absent: always covers the bearing
+    int strips = 8;
+    std::vector<double> profile;                  // m, bearing radius of each strip; replaces radius
+    std::optional<std::array<double, 2>> section; // m, slot: width along h and height along t
+    bool bearing_on_b = false;
+    ContactLaw law;                                    // radial
+    std::optional<ContactLaw> axial_law, rotation_law; // absent: the radial one
+    std::optional<Friction> friction;
+};
+
+/// Limits of a free coordinate of a joint.
+struct Stop {
+    std::optional<double> lower, upper; // m or rad
+    ContactLaw law;
 };
 
 struct Joint {
@@ -77,7 +148,15 @@ struct Joint {
     std::optional<double> length; // distance joint, m; absent: the distance of the points as given
 
     Fidelity fidelity = Fidelity::perfect;
-    std::optional<Bushing> bushing; // required when fidelity is bushing
+    /// Mixed joints: what holds each motion, where it differs from fidelity; by Motion.
+    std::array<std::optional<Fidelity>, 4> motions;
+    std::optional<Bushing> bushing;     // required where a motion is held by a bushing
+    std::optional<Clearance> clearance; // required where a motion is held by contact
+    std::map<std::string, Stop> stops;  // by free coordinate
+    std::vector<Friction> friction;     // on free coordinates
+    Fidelity holds(Motion motion) const {
+        return motions[static_cast<std::size_t>(motion)].value_or(fidelity);
+    }
     /// Driven coordinates: name of a free coordinate (angle, slide, u, v, angle1, angle2) -> function.
     std::map<std::string, TimeFunction> drives;
 };
@@ -135,7 +214,18 @@ struct AppliedForce {
     std::optional<TimeFunction> time;
 };
 
-using Force = std::variant<SpringDamper, TorsionSpring, Tyre, AppliedForce>;
+/// Friction along a direction fixed in the first body, between points of two bodies, with a given normal
+/// force: on the second body -N mu(v) along the axis, v the speed of its point relative to the first.
+struct FrictionForce {
+    std::string name;
+    std::array<std::string, 2> bodies{"ground", "ground"};
+    bool body_frame = false;
+    std::array<Vec3, 2> points{Vec3::Zero(), Vec3::Zero()};
+    Vec3 axis{1, 0, 0}; // global in the pose as given, or in the first body's frame
+    Friction friction;
+};
+
+using Force = std::variant<SpringDamper, TorsionSpring, Tyre, AppliedForce, FrictionForce>;
 
 /// Named point of a body as output.
 struct Marker {
@@ -156,6 +246,12 @@ struct Model {
     std::vector<Marker> markers;
     std::optional<double> end;   // s, default end of a run
     std::optional<double> every; // s, default output interval
+    /// How deep a contact may be when it is first seen, as a length (m), a force (N) or an energy (J);
+    /// absent: from law, approach speed and tolerance (solvers/contact_watch.hpp).
+    struct Onset {
+        std::optional<double> depth, force, energy;
+    };
+    Onset onset;
 };
 
 /// Names of the free (measurable) coordinates of a joint kind with a fidelity, in output order.
