@@ -78,6 +78,8 @@ struct ForceCheck {
             check.table(at, "profile", f.profile);
     }
 
+    void operator()(const FrictionForce& f) const { check.body_pair(at, f.bodies); }
+
     void operator()(const AppliedForce& f) const {
         check.body_moves(at, f.body);
         check.finite(at, "point", f.point);

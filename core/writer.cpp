@@ -172,6 +172,10 @@ struct ForceWriter {
         return out;
     }
 
+    Json operator()(const FrictionForce& f) const {
+        return {{"name", f.name}, {"kind", "friction"}, {"bodies", f.bodies}};
+    }
+
     Json operator()(const AppliedForce& f) const {
         Json out{{"name", f.name}, {"kind", f.torque ? "torque" : "force"}, {"body", f.body}};
         if (!f.torque) {
