@@ -185,11 +185,6 @@ class Builder final : public nlohmann::json_sax<Json> {
     std::vector<Level> levels_;
 };
 
-/// Keys of contacts and stops: part of the format, not of this version.
-bool is_reserved(std::string_view key) {
-    return key == "clearance" || key == "stops" || key == "bearing" || key == "friction";
-}
-
 } // namespace
 
 Json parse_json(std::string_view text, const std::string& source) {
@@ -213,8 +208,6 @@ void JsonInput::expect_keys(std::initializer_list<const char*> known) const {
     for (const auto& [key, member] : members()) {
         if (std::ranges::find(names, key) != names.end())
             continue;
-        if (is_reserved(key))
-            member.refuse(fmt::format("the key '{}' is not available in this version", key), listed(names));
         member.refuse(fmt::format("unknown key '{}'", clipped(key)), suggestion(key, names) + listed(names));
     }
 }

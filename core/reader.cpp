@@ -39,6 +39,16 @@ Vec4 read_orientation(const JsonInput& in) {
     return std::abs(p.squaredNorm() - 1) < 1e-14 ? p : Vec4(p / norm);
 }
 
+Model::Onset read_onset(const JsonInput& in) {
+    in.expect_keys({"depth", "force", "energy"});
+    Model::Onset onset;
+    for (const auto& [key, value] : in.members())
+        (key == "depth" ? onset.depth : key == "force" ? onset.force : onset.energy) = value.number();
+    if (in.size() == 0)
+        in.refuse("an onset without a threshold", "one of depth, force, energy");
+    return onset;
+}
+
 void check_version(const JsonInput& root) {
     const JsonInput version = root.at("gudgeon");
     if (version.literal() != 1)
@@ -137,7 +147,7 @@ Model parse_model(std::string_view text, std::string source, const std::map<std:
     const JsonInput::Context context{source, read_parameters(document, source, overrides)};
     const JsonInput root(document, "", context);
     root.expect_keys({"gudgeon", "name", "gravity", "parameters", "bodies", "joints", "forces", "markers",
-                      "end", "every"});
+                      "onset", "end", "every"});
     check_version(root);
 
     Model model;
@@ -156,6 +166,8 @@ Model parse_model(std::string_view text, std::string source, const std::map<std:
         model.end = root.at("end").number();
     if (root.has("every"))
         model.every = root.at("every").number();
+    if (root.has("onset"))
+        model.onset = read_onset(root.at("onset"));
     validate(model);
     return model;
 }

@@ -92,12 +92,25 @@ AppliedForce read_applied_force(const JsonInput& in, bool torque) {
     return force;
 }
 
+FrictionForce read_friction_force(const JsonInput& in) {
+    in.expect_keys({"name", "kind", "bodies", "frame", "point", "points", "axis", "friction"});
+    FrictionForce force;
+    force.name = in.at("name").text();
+    force.bodies = read_body_pair(in);
+    force.body_frame = read_body_frame(in);
+    force.points = read_points(in, force.body_frame);
+    force.axis = in.at("axis").vector();
+    force.friction = read_friction(in.at("friction"));
+    return force;
+}
+
 } // namespace
 
 Force read_force(const JsonInput& in) {
     if (!in.is_object())
         in.refuse(in.shown() + " is no force", "an object {\"kind\": ...}");
-    switch (in.at("kind").choice({"spring-damper", "torsion-spring", "tyre", "force", "torque"})) {
+    switch (
+        in.at("kind").choice({"spring-damper", "torsion-spring", "tyre", "force", "torque", "friction"})) {
     case 0:
         return read_spring_damper(in);
     case 1:
@@ -106,8 +119,10 @@ Force read_force(const JsonInput& in) {
         return read_tyre(in);
     case 3:
         return read_applied_force(in, false);
-    default:
+    case 4:
         return read_applied_force(in, true);
+    default:
+        return read_friction_force(in);
     }
 }
 

@@ -17,15 +17,6 @@ JointKind read_kind(const JsonInput& in) {
     in.refuse(fmt::format("unknown joint kind {}", in.shown()), suggestion(name, names) + listed(names));
 }
 
-Fidelity read_fidelity(const JsonInput& in) {
-    const char* allowed = "perfect, bushing";
-    if (in.is_object())
-        in.refuse("a fidelity per relative motion is not available in this version", allowed);
-    if (in.text() == "clearance")
-        in.refuse("the fidelity 'clearance' is not available in this version", allowed);
-    return in.choice({"perfect", "bushing"}) == 1 ? Fidelity::bushing : Fidelity::perfect;
-}
-
 std::array<double, 6> read_six(const JsonInput& in) {
     const auto parts = in.items(6, "numbers: 3 translations, 3 rotations");
     std::array<double, 6> out{};
@@ -96,7 +87,8 @@ void read_axes(const JsonInput& in, Joint& joint) {
 
 Joint read_joint(const JsonInput& in) {
     in.expect_keys({"name", "kind", "bodies", "frame", "point", "points", "axis", "axis2", "axes",
-                    "reference", "references", "length", "fidelity", "bushing", "drives"});
+                    "reference", "references", "length", "fidelity", "bushing", "clearance", "bearing",
+                    "stops", "friction", "drives"});
     Joint joint;
     joint.name = in.at("name").text();
     joint.kind = read_kind(in.at("kind"));
@@ -108,9 +100,10 @@ Joint read_joint(const JsonInput& in) {
     if (in.has("length"))
         joint.length = in.at("length").number();
     if (in.has("fidelity"))
-        joint.fidelity = read_fidelity(in.at("fidelity"));
+        read_fidelity(in.at("fidelity"), joint);
     if (joint.fidelity == Fidelity::bushing || in.has("bushing"))
         joint.bushing = read_bushing(in.at("bushing"));
+    read_contacts(in, joint);
     if (in.has("drives"))
         for (const auto& [coordinate, function] : in.at("drives").members())
             joint.drives.emplace(coordinate, read_time_function(function));

@@ -11,6 +11,13 @@ Force read_force(const JsonInput& in);
 Marker read_marker(const JsonInput& in);
 TimeFunction read_time_function(const JsonInput& in);
 Table read_table(const JsonInput& in);
+Clearance read_clearance(const JsonInput& in);
+Stop read_stop(const JsonInput& in);
+Friction read_friction(const JsonInput& in);
+/// One word for the whole joint, or an object with a word per relative motion.
+void read_fidelity(const JsonInput& in, Joint& joint);
+/// "clearance", "bearing", "stops" and "friction" of a joint.
+void read_contacts(const JsonInput& in, Joint& joint);
 
 /// "frame": "global" (default) or "body"; true for body.
 bool read_body_frame(const JsonInput& in);
