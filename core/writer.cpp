@@ -1,6 +1,7 @@
 #include "core/writer.hpp"
 
 #include "core/joint_kinds.hpp"
+#include "core/writer_parts.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -24,8 +25,6 @@ Json json(const Mat3& inertia) {
         rows.push_back(json(Vec3(inertia.row(i))));
     return rows;
 }
-
-Json json(const Table& table) { return {{"x", table.x}, {"y", table.y}}; }
 
 struct FunctionWriter {
     Json operator()(const ConstantFunction& f) const { return {{"kind", "constant"}, {"value", f.value}}; }
@@ -102,7 +101,7 @@ Json json(const Bushing& bushing) {
     static constexpr std::array<const char*, 6> axis{"x", "y", "z", "rx", "ry", "rz"};
     for (std::size_t i = 0; i < 6; ++i)
         if (!bushing.tables[i].empty())
-            out["tables"][axis[i]] = json(bushing.tables[i]);
+            out["tables"][axis[i]] = to_json(bushing.tables[i]);
     out["axes"] = bushing.global_axes ? "global" : "joint";
     return out;
 }
@@ -122,9 +121,9 @@ Json json(const Joint& joint) {
     if (joint.references)
         put_sides(out, "reference", "references", joint.body_frame, *joint.references);
     put_if(out, "length", joint.length);
-    if (joint.fidelity == Fidelity::bushing)
-        out["fidelity"] = "bushing";
+    put_fidelity(out, joint);
     put_if(out, "bushing", joint.bushing);
+    put_contacts(out, joint);
     for (const auto& [coordinate, function] : joint.drives)
         out["drives"][coordinate] = json(function);
     return out;
@@ -134,7 +133,7 @@ void put_spring(Json& out, double stiffness, double damping, const Table& table)
     if (table.empty())
         out["stiffness"] = stiffness;
     else
-        out["table"] = json(table);
+        out["table"] = to_json(table);
     out["damping"] = damping;
 }
 
@@ -168,12 +167,17 @@ struct ForceWriter {
         put_if(out, "reference", f.reference);
         put_if(out, "road", f.road);
         if (!f.profile.empty())
-            out["profile"] = json(f.profile);
+            out["profile"] = to_json(f.profile);
         return out;
     }
 
     Json operator()(const FrictionForce& f) const {
-        return {{"name", f.name}, {"kind", "friction"}, {"bodies", f.bodies}};
+        Json out{{"name", f.name}, {"kind", "friction"}, {"bodies", f.bodies}};
+        put_frame(out, f.body_frame);
+        put_sides(out, "point", "points", f.body_frame, f.points);
+        out["axis"] = json(f.axis);
+        out["friction"] = to_json(f.friction);
+        return out;
     }
 
     Json operator()(const AppliedForce& f) const {
@@ -239,6 +243,12 @@ Json to_json(const Model& model) {
         out["forces"] = list(model.forces);
     if (!model.markers.empty())
         out["markers"] = list(model.markers);
+    if (const Model::Onset& onset = model.onset; onset.depth || onset.force || onset.energy) {
+        Json& member = out["onset"] = Json::object();
+        put_if(member, "depth", onset.depth);
+        put_if(member, "force", onset.force);
+        put_if(member, "energy", onset.energy);
+    }
     put_if(out, "end", model.end);
     put_if(out, "every", model.every);
     return out;

@@ -1,0 +1,17 @@
+// Parts of the model writer that describe imperfect joints.
+#pragma once
+
+#include "core/model.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace gudgeon {
+
+nlohmann::ordered_json to_json(const Table& table);
+nlohmann::ordered_json to_json(const Friction& friction);
+/// "fidelity": one word, or a word per relative motion.
+void put_fidelity(nlohmann::ordered_json& out, const Joint& joint);
+/// "clearance", "bearing", "stops" and "friction" of a joint.
+void put_contacts(nlohmann::ordered_json& out, const Joint& joint);
+
+} // namespace gudgeon
