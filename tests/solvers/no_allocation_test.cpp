@@ -1,54 +1,10 @@
 // Steps take no memory: every malloc of the process is counted while a thread asks for it.
 #include "core/user_force.hpp"
 #include "solvers/simulation.hpp"
+#include "tests/allocation_count.hpp"
 #include "tests/solvers/system_tools.hpp"
 
 #include <gtest/gtest.h>
-
-#include <cstdlib>
-
-#if defined(__SANITIZE_ADDRESS__) || !defined(__GLIBC__)
-#define GUDGEON_COUNTS_ALLOCATIONS 0 // the sanitizer has its own malloc
-#else
-#define GUDGEON_COUNTS_ALLOCATIONS 1
-#endif
-
-#if GUDGEON_COUNTS_ALLOCATIONS
-namespace {
-thread_local bool counting = false;
-thread_local long counted = 0;
-} // namespace
-
-// Put in place of glibc's for the whole program, libraries included; operator new comes here too.
-extern "C" {
-void* __libc_malloc(std::size_t);
-void* __libc_calloc(std::size_t, std::size_t);
-void* __libc_realloc(void*, std::size_t);
-void* __libc_memalign(std::size_t, std::size_t);
-
-void* malloc(std::size_t size) noexcept {
-    counted += counting;
-    return __libc_malloc(size);
-}
-void* calloc(std::size_t n, std::size_t size) noexcept {
-    counted += counting;
-    return __libc_calloc(n, size);
-}
-void* realloc(void* p, std::size_t size) noexcept {
-    counted += counting;
-    return __libc_realloc(p, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
-    counted += counting;
-    return __libc_memalign(alignment, size);
-}
-int posix_memalign(void** p, std::size_t alignment, std::size_t size) noexcept {
-    counted += counting;
-    *p = __libc_memalign(alignment, size);
-    return *p ? 0 : 12; // ENOMEM
-}
-}
-#endif
 
 namespace gudgeon {
 namespace {
@@ -62,20 +18,7 @@ class NoAllocation : public testing::Test {
             GTEST_SKIP() << "allocations are not counted in this build";
     }
 
-#if GUDGEON_COUNTS_ALLOCATIONS
-    template <class F> static long count(F&& f) {
-        counted = 0;
-        counting = true;
-        f();
-        counting = false;
-        return counted;
-    }
-#else
-    template <class F> static long count(F&& f) {
-        f();
-        return 0;
-    }
-#endif
+    template <class F> static long count(F&& f) { return count_allocations(f); }
 };
 
 class NoAllocationSteps : public NoAllocation, public testing::WithParamInterface<const char*> {
