@@ -40,4 +40,11 @@ void add_normal_linearisation(const BodyMotion& a, const BodyMotion& b, const Co
                               const ContactPointRates& rates, double f, double f_depth, double f_rate,
                               BlockMatrix& C, BlockMatrix& S);
 
+/// The same for a force that depends on more than depth and rate (the covered part of a strip): gradient is
+/// B, force_change is df/dq at fixed u.
+void add_contact_linearisation(const BodyMotion& a, const BodyMotion& b, const ContactPoint& c,
+                               const ContactPointRates& rates, const Gradient<1>& gradient, double f,
+                               const Gradient<1>& force_change, double f_rate, BlockMatrix& C,
+                               BlockMatrix& S);
+
 } // namespace gudgeon
