@@ -60,4 +60,10 @@ bool holds_any(const Joint& joint, Fidelity fidelity) {
     });
 }
 
+std::string imperfection(const Joint& joint) {
+    if (is_mixed(joint))
+        return "mixed fidelity";
+    return joint.fidelity == Fidelity::bushing ? "a bushing" : "clearance";
+}
+
 } // namespace gudgeon

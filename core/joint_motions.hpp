@@ -21,5 +21,7 @@ bool is_mixed(const Joint& joint);
 bool is_wholly_perfect(const Joint& joint);
 /// Some motion that the kind holds is held by this.
 bool holds_any(const Joint& joint, Fidelity fidelity);
+/// For messages: "a bushing", "clearance" or "mixed fidelity".
+std::string imperfection(const Joint& joint);
 
 } // namespace gudgeon

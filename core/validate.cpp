@@ -163,6 +163,22 @@ void check_parameters(const Checker& check) {
     }
 }
 
+void check_onset(const Checker& check, const Model::Onset& onset) {
+    std::vector<std::string> given;
+    const auto threshold = [&](const char* member, const std::optional<double>& value) {
+        if (!value)
+            return;
+        check.positive("/onset", member, *value);
+        if (!given.empty())
+            check.refuse(fmt::format("/onset/{}", member), fmt::format("'{}' beside '{}'", member, given[0]),
+                         "one of depth, force, energy");
+        given.emplace_back(member);
+    };
+    threshold("depth", onset.depth);
+    threshold("force", onset.force);
+    threshold("energy", onset.energy);
+}
+
 } // namespace
 
 ModelError::ModelError(std::string source, std::string pointer, std::string problem, std::string allowed)
@@ -182,6 +198,7 @@ void validate(const Model& model) {
         check.body_exists(at + "/body", model.markers[i].body);
         check.finite(at, "point", model.markers[i].point);
     }
+    check_onset(check, model.onset);
     if (model.end)
         check.positive("", "end", *model.end);
     if (model.every)

@@ -1,4 +1,6 @@
 #include "core/joint_kinds.hpp"
+#include "core/joint_motions.hpp"
+#include "core/validate_laws.hpp"
 #include "core/validate_parts.hpp"
 #include "core/words.hpp"
 
@@ -52,14 +54,15 @@ struct ForceCheck {
             check.refuse(at + "/joint", fmt::format("unknown joint '{}'", f.joint),
                          suggestion(f.joint, names) + listed(names));
         }
-        const auto names = rotation_coordinates(joint->kind, joint->fidelity);
+        const bool perfect = is_wholly_perfect(*joint);
+        const auto names =
+            perfect ? rotation_coordinates(joint->kind, Fidelity::perfect) : std::vector<std::string>{};
         if (std::find(names.begin(), names.end(), f.coordinate) == names.end())
-            check.refuse(
-                at + "/coordinate",
-                fmt::format("'{}' is no rotation coordinate of the {} joint '{}'", f.coordinate,
-                            joint->fidelity == Fidelity::bushing ? "bushing" : joint_kind(joint->kind).name,
-                            joint->name),
-                listed(names));
+            check.refuse(at + "/coordinate",
+                         fmt::format("'{}' is no rotation coordinate of the {} joint '{}'{}", f.coordinate,
+                                     joint_kind(joint->kind).name, joint->name,
+                                     perfect ? "" : " with " + imperfection(*joint)),
+                         listed(names));
         spring(f.stiffness, f.damping, f.table);
         check.finite(at, "free_angle", f.free_angle);
     }
@@ -78,7 +81,19 @@ struct ForceCheck {
             check.table(at, "profile", f.profile);
     }
 
-    void operator()(const FrictionForce& f) const { check.body_pair(at, f.bodies); }
+    void operator()(const FrictionForce& f) const {
+        check.body_pair(at, f.bodies);
+        const bool one = !f.body_frame && f.points[0] == f.points[1];
+        for (std::size_t side = 0; side < 2; ++side)
+            check.finite(at, one ? "point" : fmt::format("points/{}", side), f.points[side]);
+        check.direction(at + "/axis", f.axis);
+        const std::string base = at + "/friction";
+        check_friction_law(check, base, f.friction);
+        refuse_radius_and_coordinate(check, base, f.friction, "a force");
+        if (!f.friction.normal_force)
+            check.refuse(base + "/normal_force", "'normal_force' is missing",
+                         "'normal_force' is required here");
+    }
 
     void operator()(const AppliedForce& f) const {
         check.body_moves(at, f.body);

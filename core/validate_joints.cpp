@@ -1,4 +1,5 @@
 #include "core/joint_kinds.hpp"
+#include "core/joint_motions.hpp"
 #include "core/validate_parts.hpp"
 #include "core/words.hpp"
 
@@ -82,7 +83,7 @@ void check_length(const Checker& check, const std::string& at, const Joint& join
 }
 
 void check_bushing(const Checker& check, const std::string& at, const Joint& joint) {
-    if (joint.fidelity == Fidelity::bushing) {
+    if (holds_any(joint, Fidelity::bushing)) {
         if (!joint.bushing)
             check.refuse(at + "/bushing", "the data of the bushing are missing",
                          "'bushing' is required here");
@@ -107,11 +108,12 @@ void check_bushing(const Checker& check, const std::string& at, const Joint& joi
 }
 
 void check_drives(const Checker& check, const std::string& at, const Joint& joint) {
-    const auto names = driveable_coordinates(joint.kind, joint.fidelity);
+    const auto names = driveable_coordinates(joint.kind, Fidelity::perfect);
     for (const auto& [coordinate, function] : joint.drives) {
         const std::string pointer = at + "/drives/" + coordinate;
-        if (joint.fidelity == Fidelity::bushing)
-            check.refuse(pointer, fmt::format("a drive of '{}' on a bushing", coordinate),
+        if (!is_wholly_perfect(joint))
+            check.refuse(pointer,
+                         fmt::format("a drive of '{}' on a joint with {}", coordinate, imperfection(joint)),
                          "drives on perfect joints");
         if (std::find(names.begin(), names.end(), coordinate) == names.end())
             check.refuse(pointer,
@@ -136,6 +138,7 @@ void check_joints(const Checker& check) {
         check_axes(check, at, joint);
         check_references(check, at, joint);
         check_length(check, at, joint);
+        check_contacts(check, at, joint);
         check_bushing(check, at, joint);
         check_drives(check, at, joint);
     }
