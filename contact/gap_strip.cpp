@@ -63,9 +63,6 @@ Angle opposite_angle(double A, double B, double D, double R) {
         nu -= over / slope;
         if (nu >= D)
             return none;
-        if (over < 1e-9 &&
-            -over < 1e-9 * slope * nu) // quadratic from here: this step was the last that counts
-            break;
     }
     const Angle angle = unit(A / (D - nu), B / nu);
     return {angle.c, -angle.s};
