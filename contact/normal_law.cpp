@@ -21,7 +21,7 @@ enum Member : unsigned {
     damping = 16,
     materials = 32,
     table = 64,
-    blending = 128, // thickness, width, smooth, hard
+    blending = 128, // thickness, width, smooth (in files: blend), hard
 };
 constexpr unsigned elastic_members = stiffness | exponent | materials;
 constexpr unsigned hysteretic_members = elastic_members | restitution;
@@ -110,7 +110,7 @@ std::array<Given, 11> given(const ContactLaw& law) {
              {"table", table, !law.table.empty()},
              {"thickness", blending, law.thickness.has_value()},
              {"width", blending, law.width.has_value()},
-             {"smooth", blending, law.smooth},
+             {"blend", blending, law.smooth},
              {"hard", blending, !law.hard.empty()}}};
 }
 
@@ -125,18 +125,17 @@ Problem refuse_kind(const ContactLaw& law) {
 
 Problem refuse_extra(const ContactLaw& law, unsigned takes) {
     std::string allowed;
-    const LawError* first = nullptr;
-    Problem out;
+    std::string_view extra;
     for (const Given& g : given(law)) {
         if (takes & g.member)
             allowed += (allowed.empty() ? "" : ", ") + std::string(g.name);
-        else if (g.present && !first)
-            first = &out.emplace(fmt::format("/{}", g.name),
-                                 fmt::format("the law '{}' has no {}", law.kind, g.name), "");
+        else if (g.present && extra.empty())
+            extra = g.name;
     }
-    if (out)
-        out.emplace(out->member, out->problem, allowed);
-    return out;
+    if (extra.empty())
+        return std::nullopt;
+    return LawError(fmt::format("/{}", extra), fmt::format("the law '{}' has no {}", law.kind, extra),
+                    allowed);
 }
 
 Problem refuse_missing(const ContactLaw& law, std::initializer_list<std::string_view> needed) {

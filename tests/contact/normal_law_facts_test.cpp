@@ -182,8 +182,7 @@ TEST(NormalLawFacts, SocketStiffness) {
                 4.0 / 3 / (0.91 / 2e11 + 0.75 / 1e10) * 1.9949937343260002 * 1e-6, 1e-3);
 }
 
-// Johnson, Contact Mechanics, internal cylinder: delta = F/(pi E* L) (ln(4 pi E* dR L / F) - 1). Its authors
-// fitted the law to it; 15 % is how well.
+// Johnson, Contact Mechanics, internal cylinder: delta = F/(pi E* L) (ln(4 pi E* dR L / F) - 1).
 TEST(NormalLawFacts, CylinderAgainstJohnson) {
     const double modulus = 207e9 / (2 * (1 - 0.09)), length = 0.01;
     for (double clearance = 1e-5; clearance <= 1.001e-3; clearance *= std::pow(10, 1.0 / 16)) {

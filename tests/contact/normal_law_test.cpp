@@ -382,6 +382,7 @@ TEST(NormalLawRefusal, Members) {
     expect_refused(hysteretic("flores", std::nan(""), 0.5), {}, "/stiffness", "nan");
     expect_refused(hysteretic("kelvin-voigt", 1e6, 0.5), {}, "/speed", "needs");
     expect_refused(hysteretic("linear", 1e6, 0.5), {}, "/restitution", "no restitution");
+    EXPECT_EQ(refusal(hysteretic("linear", 1e6, 0.5))->allowed, "stiffness, damping");
     expect_refused(named("tabulated"), {}, "/table", "needs");
     ContactLaw law = hysteretic("hertz", 1e6, 1);
     law.exponent = 0.9;
