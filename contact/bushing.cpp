@@ -1,5 +1,7 @@
 #include "contact/bushing.hpp"
 
+#include "core/joint_motions.hpp"
+
 #include <type_traits>
 
 namespace gudgeon {
@@ -209,6 +211,30 @@ bool has_table(const Bushing& bushing) {
     return false;
 }
 
+// In a mixed joint the components of the motions that something else holds are left out.
+Bushing rubber_part(const Joint& joint) {
+    Bushing out = *joint.bushing;
+    const bool ball = joint.kind == JointKind::spherical;
+    const auto drop = [&](std::initializer_list<std::size_t> components) {
+        for (const std::size_t i : components) {
+            out.stiffness[i] = out.damping[i] = out.preload[i] = 0;
+            out.tables[i] = {};
+        }
+    };
+    const auto other = [&](Motion motion) {
+        return holds_motion(joint.kind, motion) && joint.holds(motion) != Fidelity::bushing;
+    };
+    if (other(Motion::radial))
+        ball ? drop({0, 1, 2}) : drop({0, 1});
+    if (other(Motion::axial))
+        drop({2});
+    if (other(Motion::misalignment))
+        drop({3, 4});
+    if (other(Motion::rotation))
+        drop({5});
+    return out;
+}
+
 LinearElasticity linear_part(const Bushing& bushing) {
     LinearElasticity out;
     for (int i = 0; i < 6; ++i) {
@@ -241,20 +267,21 @@ template <class Elasticity> std::unique_ptr<ForceBatch> build(const CompileConte
     auto batch = std::make_unique<ForceBatchOf<BushingKernel<Elasticity>>>();
     for (std::size_t j = 0; j < context.model.joints.size(); ++j) {
         const Joint& joint = context.model.joints[j];
-        if (joint.fidelity != Fidelity::bushing || has_table(*joint.bushing) != tabulated)
+        if (!holds_any(joint, Fidelity::bushing) || has_table(*joint.bushing) != tabulated)
             continue;
+        const Bushing bushing = rubber_part(joint);
         typename BushingKernel<Elasticity>::Element x;
-        place(context, context.joint(joint.name), joint.bushing->global_axes, x);
-        x.damping = Vec6(joint.bushing->damping.data());
+        place(context, context.joint(joint.name), bushing.global_axes, x);
+        x.damping = Vec6(bushing.damping.data());
         if constexpr (tabulated) {
             std::array<Spline, 6> tables;
             for (int i = 0; i < 6; ++i)
-                if (!joint.bushing->tables[i].empty())
-                    tables[i] = Spline(joint.bushing->tables[i], Spline::Ends::linear);
-            x.elasticity = {linear_part(*joint.bushing),
+                if (!bushing.tables[i].empty())
+                    tables[i] = Spline(bushing.tables[i], Spline::Ends::linear);
+            x.elasticity = {linear_part(bushing),
                             std::make_shared<const std::array<Spline, 6>>(std::move(tables))};
         } else {
-            x.elasticity = linear_part(*joint.bushing);
+            x.elasticity = linear_part(bushing);
         }
         batch->add(std::move(x));
     }

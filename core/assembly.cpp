@@ -41,7 +41,16 @@ State initial_state(const System& system) {
     s.angles.rate = VecX::Zero(angles);
     for (Eigen::Index i = 0; i < angles; ++i)
         s.angles.value[i] = system.angles[i].start;
+    const Eigen::Index channels = system.channels();
+    s.contacts = {VecX::Constant(channels, -1.0), VecX::Zero(channels), VecX::Zero(channels)};
+    s.history.assign(system.contact_joints.size(), {});
+    s.z = VecX::Zero(system.friction_states());
+    s.work = VecX::Zero(work_count(system));
     return s;
+}
+
+Eigen::Index work_count(const System& system) {
+    return 2 + static_cast<Eigen::Index>(system.contact_joints.size());
 }
 
 Workspace make_workspace(const System& system, int threads) {
@@ -55,7 +64,12 @@ Workspace make_workspace(const System& system, int threads) {
     ws.lin.C.assign(9 * system.layout.block_row.size(), 0.0);
     ws.lin.S.assign(9 * system.layout.block_row.size(), 0.0);
     ws.lin.pairs = system.layout.pairs;
-    ws.angles = initial_state(system).angles;
+    const State start = initial_state(system);
+    ws.angles = start.angles;
+    ws.z = start.z;
+    ws.contacts = start.contacts;
+    ws.scratch.assign(system.scratch, 0.0);
+    ws.samples.assign(system.contacts.size(), {});
     ws.threads = threads;
     return ws;
 }
@@ -71,9 +85,21 @@ void set_motion(const System& system, const VecX& q, const VecX& u, Workspace& w
     });
 }
 
-Evaluation evaluation(const System& system, const Workspace& ws, double t) {
-    return {t,           ws.motion.data(), system.moving, ws.angles.value.data(), ws.angles.rate.data(),
-            ws.angles.t, ws.threads};
+Evaluation evaluation(const System& system, Workspace& ws, double t) {
+    return {t,
+            ws.motion.data(),
+            system.moving,
+            ws.angles.value.data(),
+            ws.angles.rate.data(),
+            ws.angles.t,
+            ws.threads,
+            ws.contacts.start_speed.data(),
+            ws.contacts.place.data(),
+            ws.z.data(),
+            nullptr,
+            ws.scratch.data(),
+            system.mass.data(),
+            system.inverse_inertia.data()};
 }
 
 void evaluate_forces(const System& system, double t, Workspace& ws) {
@@ -103,6 +129,7 @@ void evaluate_constraints(const System& system, double t, const double* lambda, 
 void linearise(const System& system, double t, const double* lambda, Workspace& ws) {
     std::fill(ws.lin.C.begin(), ws.lin.C.end(), 0.0);
     std::fill(ws.lin.S.begin(), ws.lin.S.end(), 0.0);
+    ws.lin.states.clear();
     const Evaluation e = evaluation(system, ws, t);
     for_bodies(system, ws.threads, [&](int i) {
         const Vec3& w = ws.motion[i].w;
@@ -174,7 +201,32 @@ void move(const System& system, const VecX& step, VecX& q) {
     }
 }
 
-Energies energies(const System& system, double t, const double* lambda, const Workspace& ws) {
+void sample_contacts(const System& system, double t, Workspace& ws) {
+    if (system.contacts.empty())
+        return;
+    const Evaluation e = evaluation(system, ws, t);
+    for (const auto& batch : system.forces)
+        if (batch->has_contacts())
+            batch->sample_contacts(e, ws.samples);
+}
+
+void powers(const System& system, double t, const double* lambda, Workspace& ws, VecX& out) {
+    const Energies sum = energies(system, t, lambda, ws);
+    out.setZero();
+    out[0] = sum.dissipated_power;
+    out[1] = sum.input_power;
+    sample_contacts(system, t, ws);
+    for (std::size_t i = 0; i < system.contacts.size(); ++i)
+        out[2 + system.joints[system.contacts[i].joint].contact] += ws.samples[i].dissipated_power;
+}
+
+void state_terms(const System& system, double t, Workspace& ws, VecX& source, VecX& decay) {
+    const Evaluation e = evaluation(system, ws, t);
+    for (const auto& batch : system.forces)
+        batch->state_terms(e, source.data(), decay.data());
+}
+
+Energies energies(const System& system, double t, const double* lambda, Workspace& ws) {
     Energies sum;
     for (int i = 0; i < system.moving; ++i) {
         const BodyMotion& m = ws.motion[i];

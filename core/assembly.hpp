@@ -12,7 +12,7 @@ namespace gudgeon {
 /// Poses and velocities of all moving bodies into ws.motion. q need not be normalised.
 void set_motion(const System& system, const VecX& q, const VecX& u, Workspace& ws);
 
-Evaluation evaluation(const System& system, const Workspace& ws, double t);
+Evaluation evaluation(const System& system, Workspace& ws, double t);
 
 /// ws.f = applied, elastic, external, gravity and gyroscopic forces (without reactions).
 void evaluate_forces(const System& system, double t, Workspace& ws);
@@ -46,7 +46,16 @@ struct Energies {
 };
 /// Energies and powers at ws.motion; lambda gives the power of the drives. Potential energy is zero at
 /// the global origin's height.
-Energies energies(const System& system, double t, const double* lambda, const Workspace& ws);
+Energies energies(const System& system, double t, const double* lambda, Workspace& ws);
+
+/// Powers as State::work counts them, at ws.motion; fills ws.samples where there are contacts.
+void powers(const System& system, double t, const double* lambda, Workspace& ws, VecX& out);
+
+/// ws.samples: all contacts at ws.motion.
+void sample_contacts(const System& system, double t, Workspace& ws);
+
+/// z' = source - decay z of the friction states at ws.motion.
+void state_terms(const System& system, double t, Workspace& ws, VecX& source, VecX& decay);
 
 /// Current values of all angle measures, on the branch of the memory.
 void update_angles(const System& system, double t, const Workspace& ws, AngleMemory& angles);

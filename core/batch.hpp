@@ -5,6 +5,7 @@
 // number of threads.
 #pragma once
 
+#include "core/contact.hpp"
 #include "core/relative_motion.hpp"
 
 #include <algorithm>
@@ -26,6 +27,13 @@ struct Evaluation {
     const double* angle_rate = nullptr;
     double t_accepted = 0;
     int threads = 1;
+    const double* start_speed = nullptr; // per contact channel, at the last accepted step
+    const double* place = nullptr;
+    const double* z = nullptr;      // friction states
+    const double* lambda = nullptr; // multipliers that friction in perfect joints takes its force from
+    double* scratch = nullptr;      // for the batches' own use, each its part
+    const double* mass = nullptr;   // kg, moving bodies
+    const Mat3* inverse_inertia = nullptr;
 
     double angle_reference(int i) const { return angle[i] + (t - t_accepted) * angle_rate[i]; }
 };
@@ -54,6 +62,14 @@ struct PairBlocks {
 struct Linearisation {
     std::vector<double> C, S;
     std::span<const PairBlocks> pairs;
+    /// Friction states z' = source - decay z: the part of C that depends on the leading coefficient s of the
+    /// integrator, -(df/dz) (dz'/du) / (s + decay), as blocks to be divided.
+    struct StateCoupling {
+        int pair;
+        double decay; // 1/s
+        BlockMatrix blocks;
+    };
+    std::vector<StateCoupling> states;
 
     static void add(std::vector<double>& values, int block, const Mat3& m) {
         double* v = values.data() + 9 * static_cast<std::ptrdiff_t>(block);
@@ -109,6 +125,27 @@ class ForceBatch {
     virtual EnergyRates energies(const Evaluation& e) const = 0;
     /// For joints made of this batch: their wrench on b, added to wrenches[joint].
     virtual void add_joint_wrenches(const Evaluation&, std::span<Wrench>) const {}
+
+    // Contacts: batches that have them
+    /// Appends its channels once; the batch keeps the number of its first one.
+    virtual void declare_contacts(int /*batch*/, std::vector<ContactChannel>&) {}
+    virtual bool has_contacts() const { return false; }
+    /// samples[channel] of all own channels.
+    virtual void sample_contacts(const Evaluation&, std::span<ContactSample>) const {}
+    /// One of them, by its number in the system; reads the motion of its two bodies only.
+    virtual ContactSample sample_contact(const Evaluation&, int /*channel*/) const { return {}; }
+    /// Depth at which the whole joint's law has stored an energy (J), or pushes with a force (N): divide by
+    /// ContactSample::share first.
+    virtual double depth_of_energy(int /*channel*/, double) const { return 0; }
+    virtual double depth_of_force(int /*channel*/, double) const { return 0; }
+
+    // Friction states: z' = source - decay z, source and decay functions of q and u alone
+    virtual void declare_states(std::vector<double>& /*scales*/) {}
+    virtual void state_terms(const Evaluation&, double* /*source*/, double* /*decay*/) const {}
+
+    /// Doubles of Evaluation::scratch wanted; told where they begin.
+    virtual std::size_t scratch_size() const { return 0; }
+    virtual void place_scratch(std::size_t /*first*/) {}
 };
 
 /// Outputs of a constraint evaluation; null pointers are not wanted.

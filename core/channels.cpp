@@ -132,8 +132,8 @@ double marker_value(const Sample& s, const MarkerRecord& marker, int k) {
 }
 
 double energy_value(const Sample& s, int k) {
-    const std::array<double, 6> all{s.energies.kinetic, s.energies.potential, s.energies.elastic,
-                                    s.state.dissipated, s.state.input,        s.balance};
+    const std::array<double, 6> all{s.energies.kinetic,   s.energies.potential, s.energies.elastic,
+                                    s.state.dissipated(), s.state.input(),      s.balance};
     return all[k];
 }
 

@@ -104,6 +104,24 @@ int angle_number(const System& s, int joint, std::string_view coordinate) {
     return -1;
 }
 
+// Numbers of contact channels, friction states and scratch of the force batches.
+void add_contacts(System& s) {
+    for (std::size_t i = 0; i < s.forces.size(); ++i) {
+        ForceBatch& batch = *s.forces[i];
+        batch.declare_contacts(static_cast<int>(i), s.contacts);
+        batch.declare_states(s.state_scales);
+        batch.place_scratch(s.scratch);
+        s.scratch += batch.scratch_size();
+    }
+    for (const ContactChannel& channel : s.contacts)
+        s.joints[channel.joint].contact = 0;
+    for (std::size_t j = 0; j < s.joints.size(); ++j)
+        if (s.joints[j].contact == 0) {
+            s.joints[j].contact = static_cast<int>(s.contact_joints.size());
+            s.contact_joints.push_back(static_cast<int>(j));
+        }
+}
+
 } // namespace
 
 int System::body_index(std::string_view name) const {
@@ -159,6 +177,7 @@ System compile(Model model, const std::vector<ForceBatchBuilder>& builders) {
     for (auto& batch : s.forces)
         batch->finish(layout);
     s.layout = std::move(layout).finish();
+    add_contacts(s);
     return s;
 }
 

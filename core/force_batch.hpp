@@ -15,12 +15,13 @@ namespace gudgeon {
 
 /// Common part of all force elements.
 struct ForceElement {
-    int a = 0, b = 0; // bodies
-    int pair = 0;     // blocks of the derivatives, filled by the batch
-    int joint = -1;   // joint whose reaction this is
+    int a = 0, b = 0;     // bodies
+    int pair = 0;         // blocks of the derivatives, filled by the batch
+    int joint = -1;       // joint whose reaction this is
+    bool swapped = false; // a is the joint's second body
 };
 
-template <class Kernel> class ForceBatchOf final : public ForceBatch {
+template <class Kernel> class ForceBatchOf : public ForceBatch {
   public:
     using Element = typename Kernel::Element;
 
@@ -67,12 +68,13 @@ template <class Kernel> class ForceBatchOf final : public ForceBatch {
             if (x.joint < 0)
                 continue;
             const PairWrench w = Kernel::wrench(e, x);
-            wrenches[x.joint].force += w.force_b;
-            wrenches[x.joint].moment += w.moment_b;
+            const bool swapped = x.swapped;
+            wrenches[x.joint].force += swapped ? w.force_a : w.force_b;
+            wrenches[x.joint].moment += swapped ? w.moment_a : w.moment_b;
         }
     }
 
-  private:
+  protected:
     ColouredElements<Element> elements_;
 };
 

@@ -1,5 +1,7 @@
 #include "core/joint_kinds.hpp"
 
+#include "core/joint_motions.hpp"
+
 #include <algorithm>
 
 namespace gudgeon {
@@ -37,19 +39,32 @@ const JointKindInfo* find_joint_kind(std::string_view name) {
     return found == kinds.end() ? nullptr : found;
 }
 
-std::vector<std::string> joint_coordinates(JointKind kind, Fidelity fidelity) {
-    if (fidelity == Fidelity::bushing || kind == JointKind::spherical)
-        return {"dx", "dy", "dz", "ax", "ay", "az"};
-    return driveable_coordinates(kind, fidelity);
+std::vector<std::string> joint_coordinates(const Joint& joint) {
+    std::vector<std::string> names = free_coordinates(joint.kind);
+    if (is_wholly_perfect(joint) && joint.kind != JointKind::spherical)
+        return names;
+    const auto unused = [&](const std::string& name) {
+        const auto rubs = [&](const Friction& f) { return f.coordinate.value_or(name) == name; };
+        return !joint.stops.contains(name) && std::ranges::none_of(joint.friction, rubs);
+    };
+    std::erase_if(names, unused);
+    if (joint.clearance && joint.kind == JointKind::translation &&
+        holds_motion(joint.kind, Motion::rotation) && joint.holds(Motion::rotation) == Fidelity::clearance)
+        names.emplace_back("angle"); // of its key
+    names.insert(names.begin(), {"dx", "dy", "dz", "ax", "ay", "az"});
+    return names;
+}
+
+std::vector<std::string> free_coordinates(JointKind kind) {
+    std::vector<std::string> names;
+    for (const std::string_view name : joint_kind(kind).driveable)
+        if (!name.empty())
+            names.emplace_back(name);
+    return names;
 }
 
 std::vector<std::string> driveable_coordinates(JointKind kind, Fidelity fidelity) {
-    std::vector<std::string> names;
-    if (fidelity == Fidelity::perfect)
-        for (const std::string_view name : joint_kind(kind).driveable)
-            if (!name.empty())
-                names.emplace_back(name);
-    return names;
+    return fidelity == Fidelity::perfect ? free_coordinates(kind) : std::vector<std::string>{};
 }
 
 std::vector<std::string> rotation_coordinates(JointKind kind, Fidelity fidelity) {

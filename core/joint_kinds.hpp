@@ -22,6 +22,8 @@ std::span<const JointKindInfo> joint_kinds();
 const JointKindInfo& joint_kind(JointKind kind);
 const JointKindInfo* find_joint_kind(std::string_view name);
 
+/// Coordinates along which a joint of the kind is free: they may carry stops and friction.
+std::vector<std::string> free_coordinates(JointKind kind);
 /// Coordinates of a joint that a drive may prescribe (none for a bushing).
 std::vector<std::string> driveable_coordinates(JointKind kind, Fidelity fidelity);
 /// Those of them that are angles: a torsion spring may act on them.

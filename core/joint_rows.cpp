@@ -1,6 +1,7 @@
 #include "core/joint_rows.hpp"
 
 #include "core/joint_kinds.hpp"
+#include "core/joint_motions.hpp"
 
 #include <array>
 
@@ -122,11 +123,37 @@ void add_drive(RowBuilder& rows, const JointCoordinate& c, const TimeFunction& f
         rows.driven_displacement(c.index, f);
 }
 
+// The motions that constraints hold in a joint where other things hold the rest.
+void add_mixed_rows(RowBuilder& rows, const Joint& joint) {
+    const auto constrained = [&](Motion motion) {
+        return holds_motion(joint.kind, motion) && joint.holds(motion) == Fidelity::perfect;
+    };
+    const bool point = joint.kind == JointKind::spherical || joint.kind == JointKind::universal;
+    if (constrained(Motion::radial)) {
+        if (point || constrained(Motion::axial)) {
+            rows.coincident();
+        } else {
+            rows.displacement(0);
+            rows.displacement(1);
+        }
+    } else if (constrained(Motion::axial)) {
+        rows.displacement(2);
+    }
+    if (constrained(Motion::misalignment)) {
+        if (joint.kind == JointKind::universal)
+            rows.alignment(2, 2, "angle between the two axes");
+        else
+            rows.parallel_axes();
+    }
+    if (constrained(Motion::rotation))
+        rows.alignment(0, 1, "rotation about the axis");
+}
+
 } // namespace
 
 void add_joint_coordinates(const Joint& joint, JointRecord& record, System& system) {
     using Kind = JointCoordinate::Kind;
-    for (const std::string& name : joint_coordinates(joint.kind, joint.fidelity)) {
+    for (const std::string& name : joint_coordinates(joint)) {
         if (name.starts_with("angle")) {
             const auto drive = joint.drives.find(name);
             const double start = drive == joint.drives.end() ? 0 : evaluate(drive->second, 0).value;
@@ -144,9 +171,11 @@ void add_joint_coordinates(const Joint& joint, JointRecord& record, System& syst
 void add_joint_rows(const Joint& joint, int joint_index, System& system, ConstraintBatches& batches) {
     JointRecord& record = system.joints[joint_index];
     record.first_row = system.row_count();
-    if (joint.fidelity != Fidelity::perfect)
-        return;
     RowBuilder rows(joint_index, record, system, batches);
+    if (!is_wholly_perfect(joint)) {
+        add_mixed_rows(rows, joint);
+        return;
+    }
     switch (joint.kind) {
     case JointKind::rigid:
         rows.coincident();

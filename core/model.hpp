@@ -254,8 +254,9 @@ struct Model {
     Onset onset;
 };
 
-/// Names of the free (measurable) coordinates of a joint kind with a fidelity, in output order.
-std::vector<std::string> joint_coordinates(JointKind kind, Fidelity fidelity);
+/// Names of the coordinates of a joint as outputs, in their order: the free ones of a perfect joint; else
+/// the six of the relative motion and those free ones that stops, friction or a key need.
+std::vector<std::string> joint_coordinates(const Joint& joint);
 
 /// A model that is refused. pointer: JSON pointer into the model file ("/bodies/0/mass").
 class ModelError : public std::runtime_error {

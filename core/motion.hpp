@@ -25,6 +25,8 @@ struct Anchor {
 
 inline Vec3 point_position(const BodyMotion& m, const Vec3& s) { return m.r + m.A * s; }
 inline Vec3 point_velocity(const BodyMotion& m, const Vec3& s) { return m.v + m.A * m.w.cross(s); }
+/// Velocity of the body's material at a global point p.
+inline Vec3 point_velocity_at(const BodyMotion& m, const Vec3& p) { return m.v + (m.A * m.w).cross(p - m.r); }
 
 /// Triad (h, t, b) of an axis: b along it; h is the global axis that follows, cyclically, the one
 /// closest to b, projected normal to b (axis X gives h = Y, axis Z gives h = X); t = b x h.

@@ -1,6 +1,7 @@
 // State of a mechanism and the scratch arrays of an evaluation.
 #pragma once
 
+#include "core/contact.hpp"
 #include "core/system.hpp"
 
 namespace gudgeon {
@@ -18,8 +19,14 @@ struct State {
     VecX u;      // 6 per moving body: velocity (global), angular velocity (body frame)
     VecX lambda; // one per constraint row
     AngleMemory angles;
-    double dissipated = 0; // J since the start
-    double input = 0;      // J since the start
+    VecX z; // friction states (m), System::friction_states
+    ContactMemory contacts;
+    std::vector<ContactHistory> history; // one per System::contact_joints
+    /// J since the start: dissipated in all, input, dissipated in each of System::contact_joints.
+    VecX work;
+
+    double dissipated() const { return work[0]; }
+    double input() const { return work[1]; }
 };
 
 /// Scratch of one evaluation; one per thread of use. All sizes are fixed by make_workspace().
@@ -31,8 +38,15 @@ struct Workspace {
     std::vector<double> rows;       // G, 12 per row
     Linearisation lin;
     AngleMemory angles;
+    VecX z; // friction states of the evaluation
+    ContactMemory contacts;
+    std::vector<double> scratch;        // of the batches, System::scratch
+    std::vector<ContactSample> samples; // one per channel, filled by sample_contacts()
     int threads = 1;
 };
+
+/// A power per entry of State::work.
+Eigen::Index work_count(const System& system);
 
 State initial_state(const System& system);
 Workspace make_workspace(const System& system, int threads = 1);

@@ -33,6 +33,7 @@ struct JointRecord {
     Anchor a, b;
     int first_row = 0, rows = 0;
     std::vector<JointCoordinate> coordinates;
+    int contact = -1; // number in System::contact_joints, -1: nothing can touch
 };
 
 /// One constraint row.
@@ -76,9 +77,16 @@ struct System {
     std::vector<std::unique_ptr<ForceBatch>> forces;
     BlockLayout layout;
 
+    std::vector<ContactChannel> contacts;
+    std::vector<int> contact_joints;  // joints with contacts, as they appear in State::history
+    std::vector<double> state_scales; // per friction state, m: size of a change that matters
+    std::size_t scratch = 0;          // doubles of Workspace::scratch
+
     int positions() const { return 7 * moving; }
     int velocities() const { return 6 * moving; }
     int row_count() const { return static_cast<int>(rows.size()); }
+    int friction_states() const { return static_cast<int>(state_scales.size()); }
+    int channels() const { return static_cast<int>(contacts.size()); }
     int body_index(std::string_view name) const; // -1: none
     int joint_index(std::string_view name) const;
 };

@@ -16,11 +16,13 @@ namespace gudgeon {
 
 namespace {
 
-constexpr double fast = 30;           // rad/s: slower modes limit no step
-constexpr double light = 0.7;         // damping ratio; above, every order of BDF is stable
-constexpr long window_length = 150;   // accepted steps between two looks at the run
-constexpr double barred_share = 0.08; // rejections per step that say a method does not fit
-constexpr double low_order = 3.2;     // mean order of a Gear that cannot use its high orders
+constexpr double fast = 30;            // rad/s: slower modes limit no step
+constexpr double light = 0.7;          // damping ratio; above, every order of BDF is stable
+constexpr long window_length = 150;    // accepted steps between two looks at the run
+constexpr double barred_share = 0.08;  // rejections per step that say a method does not fit
+constexpr double low_order = 3.2;      // mean order of a Gear that cannot use its high orders
+constexpr double barred_sweeps = 0.05; // steps without convergence per step, while the error ...
+constexpr double idle_error = 0.01;    // ... would allow far longer ones
 constexpr int most_changes = 6;
 
 // A body alone between its force elements: its fastest mode.
@@ -81,8 +83,10 @@ void AutoIntegrator::use(const Choice& choice, const State& state) {
         if (step.reason == StepReason::none) {
             ++window_.steps;
             window_.order_sum += step.order;
+            window_.error_sum += step.error;
         } else {
             ++window_.rejected;
+            window_.not_converged += step.reason == StepReason::newton;
         }
         if (on_step)
             on_step(step);
@@ -100,7 +104,7 @@ void AutoIntegrator::start(const State& state) {
 }
 
 // Changes the method where the last steps speak against it. Radau stays where modes are stiff and lightly
-// damped, whatever it rejects: Gear's method would fare worse.
+// damped, whatever its error test rejects: Gear's method would fare worse.
 void AutoIntegrator::look_at_the_run() {
     const Window seen = std::exchange(window_, {});
     if (changes_ >= most_changes)
@@ -109,12 +113,18 @@ void AutoIntegrator::look_at_the_run() {
     const double order = double(seen.order_sum) / double(seen.steps);
     const State now = active_->state();
     if (active_ == gear_.get()) {
-        if (rejected > barred_share && order < low_order) {
+        if (!radau_barred_ && rejected > barred_share && order < low_order) {
             ++changes_;
             use({true, fmt::format("Gear's method fell to order {:.1f} with {:.0f} % of its steps rejected",
                                    order, 100 * rejected)},
                 now);
         }
+    } else if (const double astray = double(seen.not_converged) / double(seen.steps);
+               astray > barred_sweeps && seen.error_sum < idle_error * double(seen.steps)) {
+        ++changes_;
+        radau_barred_ = true;
+        use({false, fmt::format("Radau's sweeps failed at {:.0f} % of steps of little error", 100 * astray)},
+            now);
     } else if (fastest_ <= fast && rejected > 4 * barred_share) {
         ++changes_;
         use({false, fmt::format("{:.0f} % of Radau's steps were rejected", 100 * rejected)}, now);

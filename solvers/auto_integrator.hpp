@@ -3,7 +3,8 @@
 // Measured at equal error: Radau needs two to five times less work wherever there are stiff, lightly damped
 // modes (BDF of order 3 to 5 is unstable there), and as much as Gear's method, within a third either way, on
 // smooth motions. So Radau begins; Gear's method takes over where Radau's steps are rejected again and
-// again on a smooth motion, and hands back where its own order falls.
+// again on a smooth motion, and hands back where its own order falls. Where Radau's sweeps fail although
+// the step is accurate (tolerances near round-off), Gear's method takes over for good.
 #pragma once
 
 #include "solvers/integrator.hpp"
@@ -30,7 +31,8 @@ class AutoIntegrator final : public Integrator {
         std::string why;
     };
     struct Window { // since the last look
-        long steps = 0, rejected = 0, order_sum = 0;
+        long steps = 0, rejected = 0, not_converged = 0, order_sum = 0;
+        double error_sum = 0; // of the accepted steps, 1 is the limit
     };
 
     Choice first_choice(const State& state);
@@ -45,6 +47,7 @@ class AutoIntegrator final : public Integrator {
     Window window_;
     double fastest_ = 0; // rad/s, of the lightly damped local modes at the start
     int changes_ = 0;
+    bool radau_barred_ = false; // its sweeps failed for good
     mutable Statistics statistics_;
 };
 

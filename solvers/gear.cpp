@@ -31,6 +31,7 @@ Gear::Gear(const System& system, const IntegratorOptions& options) : ImplicitInt
         *x = VecX::Zero(nq);
     for (VecX* x : {&u_predicted_, &beta_u_, &drift_, &momentum_, &step_})
         *x = VecX::Zero(n);
+    power_.fill(VecX::Zero(work_count(system)));
 }
 
 void Gear::start(const State& state) {
@@ -56,6 +57,7 @@ void Gear::start(const State& state) {
     contraction_ = 0.5;
     matrix_a0_ = 0;
     refresh_wanted_ = false;
+    full_h_ = 0;
     lambda_points_ = 1;
     powers_ = 0;
     integrate_powers(state_.t);
@@ -117,9 +119,38 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
         shorten(t, h);
         return {};
     }
+    if (!watch_.idle()) {
+        set_motion(system_, history_.next_q(), history_.next_u(), ws_);
+        const ContactWatch::Verdict verdict = watch_.judge(state_.t, t, ws_, motion_at_);
+        if (!verdict.ok) {
+            count_rejection(StepReason::contact, t, order_, error_.norm);
+            --rejections_in_row_; // says nothing against step and order
+            full_h_ = std::max(full_h_, h);
+            h_ = std::max(verdict.end - state_.t, smallest_step());
+            return {};
+        }
+    }
     accept(t, h, error_.norm);
     accepted = true;
     return {};
+}
+
+void Gear::motion_in_step(double t, int body, BodyMotion& out) const {
+    std::array<double, BdfHistory::capacity> times{t_try_}, w{};
+    for (int i = 0; i < order_; ++i)
+        times[i + 1] = history_.time(i);
+    interpolation_weights({times.data(), static_cast<std::size_t>(order_ + 1)}, t, w.data());
+    Eigen::Matrix<double, 7, 1> q = w[0] * history_.next_q().segment<7>(7 * body);
+    Vec6 u = w[0] * history_.next_u().segment<6>(6 * body);
+    for (int i = 0; i < order_; ++i) {
+        q += w[i + 1] * history_.q(i).segment<7>(7 * body);
+        u += w[i + 1] * history_.u(i).segment<6>(6 * body);
+    }
+    out.r = q.head<3>();
+    out.p = q.tail<4>().normalized();
+    out.A = rotation(out.p);
+    out.v = u.head<3>();
+    out.w = u.tail<3>();
 }
 
 // After a failed error test: a shorter step, perhaps at a lower order.
@@ -173,6 +204,15 @@ void Gear::accept(double t, double h, double error) {
     set_motion(system_, state_.q, state_.u, ws_);
     update_angles(system_, t, ws_, ws_.angles);
     state_.angles = ws_.angles;
+    watch_.commit(t - h, t, state_, ws_);
+    if (const double follow = watch_.suggested_step(); std::isfinite(follow)) {
+        h_ = std::min(std::max(h_, full_h_), follow);
+        order_ = 1;
+        steps_at_order_ = 0;
+    } else if (full_h_ > 0) {
+        h_ = std::max(h_, full_h_);
+    }
+    full_h_ = 0;
     integrate_powers(t);
 }
 
@@ -223,26 +263,21 @@ void Gear::choose_next(double error) {
 
 // Dissipated energy and input by integrating the polynomial through the newest powers.
 void Gear::integrate_powers(double t) {
-    const Energies e = energies(system_, t, state_.lambda.data(), ws_);
     const int kept = std::min(powers_, 5);
     for (int i = kept; i > 0; --i) {
         power_t_[i] = power_t_[i - 1];
-        dissipated_power_[i] = dissipated_power_[i - 1];
-        input_power_[i] = input_power_[i - 1];
+        std::swap(power_[i], power_[i - 1]);
     }
     power_t_[0] = t;
-    dissipated_power_[0] = e.dissipated_power;
-    input_power_[0] = e.input_power;
+    powers(system_, t, state_.lambda.data(), ws_, power_[0]);
     powers_ = kept + 1;
     if (powers_ == 1)
         return;
     const int n = std::min(powers_, order_ + 2);
     std::array<double, BdfHistory::capacity> w{};
     integration_weights({power_t_.data(), static_cast<std::size_t>(n)}, power_t_[1], t, w.data());
-    for (int i = 0; i < n; ++i) {
-        state_.dissipated += w[i] * dissipated_power_[i];
-        state_.input += w[i] * input_power_[i];
-    }
+    for (int i = 0; i < n; ++i)
+        state_.work += w[i] * power_[i];
 }
 
 void Gear::interpolate(double t, State& out) const {
@@ -256,17 +291,18 @@ void Gear::interpolate(double t, State& out) const {
     for (int i = 0; i < system_.moving; ++i)
         out.q.segment<4>(7 * i + 3).normalize();
     out.lambda = state_.lambda;
+    out.contacts = state_.contacts;
+    watch_.memory_inside(out.contacts);
+    out.z = state_.z;
+    out.history = state_.history;
     out.angles = state_.angles;
-    out.dissipated = state_.dissipated;
-    out.input = state_.input;
+    out.work = state_.work;
     if (powers_ < 2 || t == state_.t)
         return;
     const int k = std::min(powers_, order_ + 2);
     integration_weights({power_t_.data(), static_cast<std::size_t>(k)}, t, state_.t, w.data());
-    for (int i = 0; i < k; ++i) {
-        out.dissipated -= w[i] * dissipated_power_[i];
-        out.input -= w[i] * input_power_[i];
-    }
+    for (int i = 0; i < k; ++i)
+        out.work -= w[i] * power_[i];
 }
 
 std::unique_ptr<Integrator> make_gear(const System& system, const IntegratorOptions& options) {

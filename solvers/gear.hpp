@@ -39,6 +39,7 @@ class Gear final : public ImplicitIntegrator {
     bool renew_matrix(double t) override;
     const VecX& end_q() const override { return history_.next_q(); }
     const VecX& end_u() const override { return history_.next_u(); }
+    void motion_in_step(double t, int body, BodyMotion& out) const override;
     void turn_to_velocity(int body, double* step);
 
     BdfHistory history_;
@@ -57,11 +58,13 @@ class Gear final : public ImplicitIntegrator {
     bool matrix_fresh_ = false, refresh_wanted_ = false;
     double contraction_ = 0.5;
     int real_points_ = 0; // of the history, without the one made up at the start
+    double full_h_ = 0;   // step that a new contact cut short, 0: none
     int order_cap_ = 5, cap_steps_ = 0;
     long last_rejection_ = -1000;
     int steps_at_order_ = 0;
 
-    std::array<double, BdfHistory::capacity> power_t_{}, dissipated_power_{}, input_power_{};
+    std::array<double, BdfHistory::capacity> power_t_{};
+    std::array<VecX, BdfHistory::capacity> power_; // as State::work
     int powers_ = 0;
 };
 

@@ -71,9 +71,6 @@ class Ida final : public Integrator {
     void interpolate(double t, State& out) const override;
 
   private:
-    struct Powers {
-        double dissipated, input;
-    };
     struct Counters {
         long steps = 0, error_fails = 0, newton_fails = 0, iterations = 0;
     };
@@ -99,7 +96,7 @@ class Ida final : public Integrator {
     void accept(double t, double t_before);
     bool crawls();
     void integrate_powers(double h);
-    Powers powers_at(double t);
+    void powers_at(double t, VecX& out);
     StepOutcome failure(int flag);
     double error_norm();
 
@@ -111,9 +108,9 @@ class Ida final : public Integrator {
     Handles sun_;
     State state_;
     VecX acceleration_;
-    PowerIntegral dissipated_, input_;
-    Powers power_{};     // at state_
-    double t_begin_ = 0; // of the last step
+    PowerIntegral energies_;
+    std::array<VecX, PowerIntegral::points> powers_; // of the last step
+    double t_begin_ = 0;                             // of the last step
     bool initialised_ = false;
     StepOutcome started_;
     Counters last_;
@@ -164,8 +161,8 @@ void Ida::start(const State& state) {
     state_ = state;
     Workspace& ws = equations_.workspace();
     ws.angles = state.angles;
-    dissipated_.restart(state.dissipated);
-    input_.restart(state.input);
+    energies_.restart(state.work);
+    powers_.fill(VecX::Zero(work_count(system_)));
     t_begin_ = state.t;
     attempt_.open = false;
     tiny_steps_ = 0;
@@ -187,8 +184,7 @@ void Ida::start(const State& state) {
     }
     update_angles(system_, state.t, ws, ws.angles);
     state_.angles = ws.angles;
-    const Energies e = energies(system_, state.t, state_.lambda.data(), ws);
-    power_ = {e.dissipated_power, e.input_power};
+    powers(system_, state.t, state_.lambda.data(), ws, powers_.back());
     equations_.pack(state_, data(sun_.y));
     equations_.pack_rates(data(sun_.y), acceleration_, data(sun_.ydot));
     if (initialised_) {
@@ -380,26 +376,21 @@ void Ida::accept(double t, double t_before) {
 
 void Ida::integrate_powers(double h) {
     constexpr int last = PowerIntegral::points - 1;
-    std::array<double, PowerIntegral::points> dissipated{power_.dissipated}, input{power_.input};
+    powers_.front() = powers_.back();
     for (int i = 1; i <= last; ++i) {
         if (i < last)
             IDAGetDky(sun_.ida, t_begin_ + PowerIntegral::node[i] * h, 0, sun_.scratch);
         else
             N_VScale(1.0, sun_.y, sun_.scratch);
-        power_ = powers_at(i < last ? t_begin_ + PowerIntegral::node[i] * h : state_.t);
-        dissipated[i] = power_.dissipated;
-        input[i] = power_.input;
+        powers_at(i < last ? t_begin_ + PowerIntegral::node[i] * h : state_.t, powers_[i]);
     }
-    dissipated_.step(h, dissipated);
-    input_.step(h, input);
-    state_.dissipated = dissipated_.end();
-    state_.input = input_.end();
+    energies_.step(h, powers_);
+    state_.work = energies_.end();
 }
 
-Ida::Powers Ida::powers_at(double t) {
+void Ida::powers_at(double t, VecX& out) {
     equations_.set(data(sun_.scratch));
-    const Energies e = energies(system_, t, equations_.lambda().data(), equations_.workspace());
-    return {e.dissipated_power, e.input_power};
+    powers(system_, t, equations_.lambda().data(), equations_.workspace(), out);
 }
 
 void Ida::interpolate(double t, State& out) const {
@@ -414,8 +405,7 @@ void Ida::interpolate(double t, State& out) const {
     equations_.unpack(data(sun_.scratch), out);
     const double share = (t - t_begin_) / h;
     out.t = t;
-    out.dissipated = dissipated_.at(share);
-    out.input = input_.at(share);
+    out.work = energies_.at(share);
 }
 
 StepOutcome Ida::failure(int flag) {

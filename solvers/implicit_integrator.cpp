@@ -21,7 +21,8 @@ constexpr double slow_closing = 0.2; // share left over by a solve: more asks fo
 ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOptions& options)
     : system_(system), options_(options), ws_(make_workspace(system, options.threads)), saddle_(system),
       solver_({.refinements = 0}), // the sweeps themselves refine
-      consistent_(system), norm_(system, options.rtol, options.atol) {
+      consistent_(system), norm_(system, options.rtol, options.atol), watch_(system, options),
+      motion_at_([this](double t, int body, BodyMotion& out) { motion_in_step(t, body, out); }) {
     solver_.analyse(saddle_.pattern());
     values_.assign(saddle_.pattern().nonzeros(), 0.0);
     rhs_ = VecX::Zero(2 * (system.velocities() + system.row_count()));
@@ -49,6 +50,7 @@ void ImplicitIntegrator::begin(const State& state, VecX& acceleration) {
     set_motion(system_, state_.q, state_.u, ws_);
     update_angles(system_, state_.t, ws_, ws_.angles);
     state_.angles = ws_.angles;
+    watch_.begin(state_, ws_);
     VecX lambda;
     if (consistent_.accelerations(state_.t, state_.q, state_.u, ws_, acceleration, lambda))
         state_.lambda = lambda;
@@ -111,7 +113,9 @@ bool ImplicitIntegrator::close_constraints(double t) {
 
 void ImplicitIntegrator::count_rejection(StepReason reason, double t, int order, double error) {
     ++rejections_in_row_;
-    (reason == StepReason::error_test ? statistics_.rejected_error : statistics_.rejected_newton)++;
+    (reason == StepReason::error_test ? statistics_.rejected_error
+     : reason == StepReason::contact  ? statistics_.rejected_contact
+                                      : statistics_.rejected_newton)++;
     if (on_step)
         on_step({t, t - state_.t, order, reason, error});
 }

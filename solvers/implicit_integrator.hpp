@@ -3,6 +3,7 @@
 
 #include "core/assembly.hpp"
 #include "solvers/consistent.hpp"
+#include "solvers/contact_watch.hpp"
 #include "solvers/error_norm.hpp"
 #include "solvers/integrator.hpp"
 #include "solvers/klu_solver.hpp"
@@ -18,6 +19,9 @@ class ImplicitIntegrator : public Integrator {
     const State& state() const override { return state_; }
     const Statistics& statistics() const override;
     Workspace& workspace() override { return ws_; }
+    void set_on_contact(std::function<void(const ContactEvent&)> f) override {
+        watch_.on_contact = std::move(f);
+    }
 
   protected:
     enum class Corrector { converged, slow, singular, non_finite };
@@ -27,6 +31,8 @@ class ImplicitIntegrator : public Integrator {
     /// Coordinates and velocities at the end of the step being tried.
     virtual const VecX& end_q() const = 0;
     virtual const VecX& end_u() const = 0;
+    /// Motion of a body at a time inside the step being tried.
+    virtual void motion_in_step(double t, int body, BodyMotion& out) const = 0;
     /// Moves that end by a solution in rhs_: velocity and multiplier change; position correction.
     virtual void move_end() = 0;
     /// A new matrix for the end of the step, unless it is new already; false if none can be made.
@@ -55,6 +61,8 @@ class ImplicitIntegrator : public Integrator {
     KluSolver solver_;
     ConsistentSolver consistent_;
     ErrorNorm norm_;
+    ContactWatch watch_;
+    const ContactWatch::MotionAt motion_at_;
     std::vector<double> values_; // of K
     State state_;
     /// Two columns over (u, lambda): momentum and velocity residuals; zero and position residuals.

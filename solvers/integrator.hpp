@@ -11,12 +11,17 @@
 
 namespace gudgeon {
 
+/// What a step does with a contact that is new in it (contact_watch.hpp): keep it if it starts shallow,
+/// end the step where it starts, or take it as it comes.
+enum class Onset { threshold, root, ignored };
+
 struct IntegratorOptions {
     double rtol = 1e-6; // error of a step relative to each coordinate and velocity ...
     double atol = 1e-6; // ... plus this (m, m/s, rad/s, 1 for Euler parameters)
     double step = 0;    // rk4: the step (0: 1e-3 s); elsewhere the largest step (0: none)
     int max_order = 5;  // gear, ida
     int threads = 1;
+    Onset onset = Onset::threshold;
     long max_steps = std::numeric_limits<long>::max();
 };
 
@@ -82,6 +87,15 @@ struct StepRecord {
     double error;      // weighted error of the step, 1 is the limit
 };
 
+/// A contact begins, ends, or began too deep, so that the step was rejected.
+struct ContactEvent {
+    enum class Kind { start, end, rejected } kind;
+    double t;     // s; rejected: end of the rejected step
+    int channel;  // in System::contacts
+    double depth; // m or rad, when first seen
+    double speed; // m/s or rad/s
+};
+
 class Integrator {
   public:
     virtual ~Integrator() = default;
@@ -114,6 +128,9 @@ class Integrator {
 
     /// Every attempted step is told to this function where set.
     std::function<void(const StepRecord&)> on_step;
+
+    /// Contact events where set; before start().
+    virtual void set_on_contact(std::function<void(const ContactEvent&)>) {}
 };
 
 /// Names accepted by make_integrator, the first is the default.

@@ -8,23 +8,22 @@ constexpr double inner = 0.32732683535398857190; // half of sqrt(3 / 7)
 
 const std::array<double, PowerIntegral::points> PowerIntegral::node{0, 0.5 - inner, 0.5, 0.5 + inner, 1};
 
-void PowerIntegral::step(double h, const std::array<double, points>& powers) {
+void PowerIntegral::step(double h, const std::array<VecX, points>& powers) {
     begin_ = end_;
     h_ = h;
     powers_ = powers;
     end_ = at(1);
 }
 
-void PowerIntegral::restart(double energy) {
-    begin_ = end_ = energy;
-    powers_.fill(0);
+void PowerIntegral::restart(const VecX& energies) {
+    begin_ = end_ = energies;
+    h_ = 0;
+    powers_.fill(VecX::Zero(energies.size()));
 }
 
-double PowerIntegral::at(double share) const {
-    double sum = 0;
+VecX PowerIntegral::at(double share) const {
+    VecX sum = begin_;
     for (int i = 0; i < points; ++i) {
-        if (powers_[i] == 0)
-            continue;
         // Lagrange polynomial of point i as coefficients of powers of the share
         std::array<double, points> c{1};
         double scale = 1;
@@ -39,9 +38,9 @@ double PowerIntegral::at(double share) const {
         double integral = 0;
         for (int k = points - 1; k >= 0; --k)
             integral = (integral + c[k] / (k + 1)) * share;
-        sum += powers_[i] * integral / scale;
+        sum += h_ * integral / scale * powers_[i];
     }
-    return begin_ + h_ * sum;
+    return sum;
 }
 
 } // namespace gudgeon

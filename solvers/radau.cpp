@@ -32,6 +32,7 @@ Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitI
             (*x)[i] = VecX::Zero(n);
         lambda_[i] = last_lambda_[i] = VecX::Zero(m);
         stage_rhs_[i] = VecX::Zero(n + 2 * m);
+        power_[i] = VecX::Zero(work_count(system));
     }
     complex_rhs_.assign(2 * (n + m), 0.0);
     q_stage_ = q_end_ = VecX::Zero(system.positions());
@@ -45,6 +46,7 @@ void Radau::start(const State& state) {
     previous_ = state_;
     have_last_ = matrix_current_ = false;
     matrix_h_ = 0;
+    full_h_ = 0;
     contraction_ = 0.1;
     failed_h_ = std::numeric_limits<double>::infinity();
     h_ = first_step();
@@ -104,6 +106,18 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
             return failure(StepReason::error_test, "the error test failed again and again");
         return {};
     }
+    if (!watch_.idle()) {
+        step_tried_ = h;
+        set_motion(system_, q_end_, u_end_, ws_);
+        const ContactWatch::Verdict verdict = watch_.judge(state_.t, t, ws_, motion_at_);
+        if (!verdict.ok) {
+            count_rejection(StepReason::contact, t, order, error_.norm);
+            --rejections_in_row_; // says nothing against the step
+            full_h_ = std::max(full_h_, h);
+            h_ = std::max(verdict.end - state_.t, smallest_step());
+            return {};
+        }
+    }
     const bool cut = h < h_;  // at t_stop: says nothing against the longer step
     if (have_last_ && !cut) { // predictive control (Gustafsson 1994)
         const double predicted =
@@ -125,8 +139,30 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
         next = h;
     if (!cut || quotient > 1)
         h_ = next;
+    if (const double follow = watch_.suggested_step(); std::isfinite(follow))
+        h_ = std::min(std::max(h_, full_h_), follow);
+    else
+        h_ = std::max(h_, full_h_);
+    full_h_ = 0;
     accepted = true;
     return {};
+}
+
+void Radau::motion_in_step(double t, int body, BodyMotion& out) const {
+    const RadauCoefficients& k = radau_coefficients();
+    const std::array<double, 4> nodes{0, k.c[0], k.c[1], 1};
+    std::array<double, 4> w{};
+    interpolation_weights(nodes, (t - state_.t) / step_tried_, w.data());
+    Vec6 step = Vec6::Zero(), u = state_.u.segment<6>(6 * body);
+    for (int i = 0; i < stages; ++i) {
+        step += w[i + 1] * Z_[i].segment<6>(6 * body);
+        u += w[i + 1] * V_[i].segment<6>(6 * body);
+    }
+    out.r = state_.q.segment<3>(7 * body) + step.head<3>();
+    out.p = turned(state_.q.segment<4>(7 * body + 3), step.tail<3>());
+    out.A = rotation(out.p);
+    out.v = u.head<3>();
+    out.w = u.tail<3>();
 }
 
 // K(gamma/h) (e_u, .) = (f - G^T lambda at the start + M sum e_i V_i / h - S (h/gamma) r, 0) with
@@ -181,11 +217,8 @@ void Radau::accept(double t, double h, double error) {
             stage_coordinates(i, q_stage_);
             u_stage_ = state_.u + V_[i];
             set_motion(system_, q_stage_, u_stage_, ws_);
-            const Energies e = energies(system_, state_.t + k.c[i] * h, lambda_[i].data(), ws_);
-            dissipated_power_[i] = e.dissipated_power;
-            input_power_[i] = e.input_power;
-            state_.dissipated += h * k.A(2, i) * e.dissipated_power;
-            state_.input += h * k.A(2, i) * e.input_power;
+            powers(system_, state_.t + k.c[i] * h, lambda_[i].data(), ws_, power_[i]);
+            state_.work += h * k.A(2, i) * power_[i];
         }
         state_.q = q_stage_;
         state_.u = u_stage_;
@@ -193,6 +226,7 @@ void Radau::accept(double t, double h, double error) {
         state_.t = t;
         update_angles(system_, t, ws_, ws_.angles);
         state_.angles = ws_.angles;
+        watch_.commit(t - h, t, state_, ws_);
         evaluate_forces(system_, t, ws_);
         evaluate_constraints(system_, t, state_.lambda.data(), false, ws_);
         ++statistics_.evaluations;
@@ -221,11 +255,12 @@ void Radau::interpolate(double t, State& out) const {
     move(system_, w[1] * last_Z_[0] + w[2] * last_Z_[1] + w[3] * last_Z_[2], out.q);
     out.lambda = state_.lambda;
     out.angles = state_.angles;
+    out.contacts = state_.contacts;
+    watch_.memory_inside(out.contacts);
+    out.history = state_.history;
     integration_weights(k.c, 0, s, w.data());
-    for (int i = 0; i < stages; ++i) {
-        out.dissipated += last_h_ * w[i] * dissipated_power_[i];
-        out.input += last_h_ * w[i] * input_power_[i];
-    }
+    for (int i = 0; i < stages; ++i)
+        out.work += last_h_ * w[i] * power_[i];
 }
 
 const Statistics& Radau::statistics() const {

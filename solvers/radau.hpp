@@ -42,6 +42,7 @@ class Radau final : public ImplicitIntegrator {
     void solve_increments(double h);
     bool turn_to_velocities(double h);
     void stage_coordinates(int stage, VecX& q) const;
+    void motion_in_step(double t, int body, BodyMotion& out) const override;
     void move_end() override;
     bool renew_matrix(double) override { return true; } // the next try gets new ones
     const VecX& end_q() const override { return q_end_; }
@@ -55,7 +56,7 @@ class Radau final : public ImplicitIntegrator {
     std::array<VecX, stages> stage_rhs_;          // per stage: momentum and velocity residual; positions
     std::vector<std::complex<double>> complex_rhs_;
     VecX q_stage_, u_stage_, q_end_, u_end_, momentum_, slope_, error_u_, error_q_, f_start_, rate_;
-    std::array<double, stages + 1> dissipated_power_{}, input_power_{};
+    std::array<VecX, stages> power_; // as State::work
 
     // memory between steps; the collocation polynomials of the last accepted step
     std::array<VecX, stages> last_V_, last_Z_, last_lambda_;
@@ -65,6 +66,8 @@ class Radau final : public ImplicitIntegrator {
     double failed_h_ = 0; // step for which the corrector failed last, slowly forgotten
     int steps_since_failure_ = 0;
     int sweeps_ = 0;
+    double full_h_ = 0; // step that a new contact cut short, 0: none
+    double step_tried_ = 0;
     bool have_last_ = false, matrix_current_ = false;
 };
 

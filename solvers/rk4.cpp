@@ -19,15 +19,11 @@ constexpr double baumgarte_position = 1.0; // (beta h)^2
 constexpr std::array<double, 4> node{0, 0.5, 0.5, 1};
 constexpr std::array<double, 4> weight{1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
 
-struct Powers {
-    double dissipated = 0, input = 0;
-};
-
 /// What is known at one end of a step.
 struct Point {
     State state;
     VecX acceleration;
-    Powers powers;
+    VecX powers; // as State::work
 };
 
 /// q' = T(q) u
@@ -50,7 +46,9 @@ class Rk4 final : public Integrator {
         for (Point* point : {&before_, &now_, &next_}) {
             point->state = initial_state(system);
             point->acceleration = VecX::Zero(system.velocities());
+            point->powers = VecX::Zero(work_count(system));
         }
+        power_ = power_sum_ = VecX::Zero(work_count(system));
         external_ = ws_.external;
         stage_.q = before_.state.q;
         for (VecX* u : {&stage_.u, &slope_u_, &sum_u_, &response_})
@@ -84,10 +82,10 @@ class Rk4 final : public Integrator {
   private:
     StepOutcome take_step(double h, double t_end);
     StepOutcome finish_point(Point& point);
-    StepOutcome evaluate_stage(double t, Powers& powers);
+    StepOutcome evaluate_stage(double t);
     StepOutcome failure(double t, const FactorStatus& status) const;
     StepOutcome check_finite(const State& state) const;
-    Powers powers(double t, const VecX& lambda) const;
+    void find_powers(double t, const VecX& lambda, VecX& out);
     void record(const StepOutcome& outcome, double h, double t_end);
 
     const System& system_;
@@ -98,6 +96,7 @@ class Rk4 final : public Integrator {
     const bool driven_;
     Point before_, now_, next_; // begin and end of the last step; the step being taken
     State stage_;
+    VecX power_, power_sum_;
     VecX slope_q_, slope_u_, sum_q_, sum_u_, response_;
     VecX phi_, rate_, baumgarte_; // residuals at now_ and the terms made of them
     VecX external_;               // loads now_ was evaluated with
@@ -147,7 +146,8 @@ StepOutcome Rk4::take_step(double h, double t_end) {
     // the full step, also in a shortened one: Phi / h^2 would shake the mechanism
     baumgarte_ = -(baumgarte_rate / step_) * rate_ - (baumgarte_position / (step_ * step_)) * phi_;
     equations_.respond(baumgarte_, response_);
-    Powers sum, power = now_.powers;
+    power_ = now_.powers;
+    power_sum_.setZero();
     sum_q_.setZero();
     sum_u_.setZero();
     for (int k = 0; k < 4; ++k) {
@@ -158,35 +158,32 @@ StepOutcome Rk4::take_step(double h, double t_end) {
         } else {
             stage_.q = from.q + (h * node[k]) * slope_q_;
             stage_.u = from.u + (h * node[k]) * slope_u_;
-            if (StepOutcome outcome = evaluate_stage(k == 3 ? t_end : from.t + h * node[k], power);
-                !outcome.ok)
+            if (StepOutcome outcome = evaluate_stage(k == 3 ? t_end : from.t + h * node[k]); !outcome.ok)
                 return outcome;
         }
         const PhaseTimer timer(statistics_.seconds.control);
         position_rate(system_.moving, stage_.q, stage_.u, slope_q_);
         sum_q_ += weight[k] * slope_q_;
         sum_u_ += weight[k] * slope_u_;
-        sum.dissipated += weight[k] * power.dissipated;
-        sum.input += weight[k] * power.input;
+        power_sum_ += weight[k] * power_;
     }
     const PhaseTimer timer(statistics_.seconds.control);
     State& to = next_.state;
     to.t = t_end;
     to.q = from.q + h * sum_q_;
     to.u = from.u + h * sum_u_;
-    to.dissipated = from.dissipated + h * sum.dissipated;
-    to.input = from.input + h * sum.input;
+    to.work = from.work + h * power_sum_;
     for (int i = 0; i < system_.moving; ++i)
         to.q.segment<4>(7 * i + 3).normalize();
     return check_finite(to);
 }
 
-StepOutcome Rk4::evaluate_stage(double t, Powers& power) {
+StepOutcome Rk4::evaluate_stage(double t) {
     set_motion(system_, stage_.q, stage_.u, ws_);
     const FactorStatus status = equations_.solve(t, ws_, &baumgarte_, slope_u_, stage_.lambda);
     if (!status.ok())
         return failure(t, status);
-    power = powers(t, stage_.lambda);
+    find_powers(t, stage_.lambda, power_);
     return {};
 }
 
@@ -207,16 +204,15 @@ StepOutcome Rk4::finish_point(Point& point) {
         statistics_.constraint_velocity_max =
             std::max(statistics_.constraint_velocity_max, rate_.cwiseAbs().maxCoeff());
     }
-    point.powers = powers(s.t, s.lambda);
+    find_powers(s.t, s.lambda, point.powers);
     update_angles(system_, s.t, ws_, ws_.angles);
     s.angles = ws_.angles;
     return {};
 }
 
-Powers Rk4::powers(double t, const VecX& lambda) const {
+void Rk4::find_powers(double t, const VecX& lambda, VecX& out) {
     const PhaseTimer timer(statistics_.seconds.control);
-    const Energies e = energies(system_, t, driven_ ? lambda.data() : nullptr, ws_);
-    return {e.dissipated_power, e.input_power};
+    powers(system_, t, driven_ ? lambda.data() : nullptr, ws_, out);
 }
 
 StepOutcome Rk4::failure(double t, const FactorStatus& status) const {
@@ -255,9 +251,6 @@ void Rk4::interpolate(double t, State& out) const {
             .eval();
     };
     const double c = s2 * (3 - 2 * s), c0 = s * r * r, c1 = -s2 * r; // cubic
-    const auto cubic = [&](double x0, double x1, double v0, double v1) {
-        return x0 + c * (x1 - x0) + h * (c0 * v0 + c1 * v1);
-    };
     out.t = t;
     for (int i = 0; i < system_.moving; ++i) {
         const int j = 7 * i, k = 6 * i;
@@ -273,8 +266,7 @@ void Rk4::interpolate(double t, State& out) const {
     }
     out.u = a.u + c * (b.u - a.u) + h * (c0 * before_.acceleration + c1 * now_.acceleration);
     out.lambda = a.lambda + s * (b.lambda - a.lambda);
-    out.dissipated = cubic(a.dissipated, b.dissipated, before_.powers.dissipated, now_.powers.dissipated);
-    out.input = cubic(a.input, b.input, before_.powers.input, now_.powers.input);
+    out.work = a.work + c * (b.work - a.work) + h * (c0 * before_.powers + c1 * now_.powers);
 }
 
 } // namespace

@@ -66,6 +66,8 @@ struct Simulation::Impl {
         const PhaseTimer timer(output_seconds);
         sample.state = state;
         ws.angles = state.angles;
+        ws.contacts = state.contacts;
+        ws.z = state.z;
         ws.external = integrator->workspace().external;
         State& s = sample.state;
         if (!consistent.project_positions(s.t, s.q, s.u, ws) ||
@@ -78,7 +80,7 @@ struct Simulation::Impl {
                                                  consistent.worst_velocity()));
         sample.motion = ws.motion;
         sample.energies = energies(system, s.t, s.lambda.data(), ws);
-        sample.balance = sample.energies.mechanical() + s.dissipated - s.input - balance_start;
+        sample.balance = sample.energies.mechanical() + s.dissipated() - s.input() - balance_start;
         joint_wrenches();
     }
 

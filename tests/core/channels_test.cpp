@@ -211,8 +211,7 @@ TEST(Channels, Energies) {
     s.energies.kinetic = 1;
     s.energies.potential = 2;
     s.energies.elastic = 3;
-    s.state.dissipated = 4;
-    s.state.input = 5;
+    s.state.work = Eigen::Vector2d(4, 5);
     s.balance = 6;
     expect_values(system, s,
                   {{"energy.kinetic", 1},

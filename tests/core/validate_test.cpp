@@ -219,12 +219,18 @@ TEST(JointKinds, NamesAndCoordinates) {
                                                 {"point-on-axis", {"slide"}},
                                                 {"planar", {"u", "v", "angle"}},
                                                 {"universal", {"angle1", "angle2"}}};
+    const auto with = [](JointKind kind, Fidelity fidelity) {
+        Joint joint;
+        joint.kind = kind;
+        joint.fidelity = fidelity;
+        return joint;
+    };
     ASSERT_EQ(joint_kinds().size(), expected.size());
     for (const auto& [name, coordinates] : expected) {
         const JointKindInfo* info = find_joint_kind(name);
         ASSERT_TRUE(info) << name;
-        EXPECT_EQ(joint_coordinates(info->kind, Fidelity::perfect), coordinates) << name;
-        EXPECT_EQ(joint_coordinates(info->kind, Fidelity::bushing), six) << name;
+        EXPECT_EQ(joint_coordinates(with(info->kind, Fidelity::perfect)), coordinates) << name;
+        EXPECT_EQ(joint_coordinates(with(info->kind, Fidelity::bushing)), six) << name;
         EXPECT_TRUE(driveable_coordinates(info->kind, Fidelity::bushing).empty());
     }
     EXPECT_FALSE(find_joint_kind("hinge"));

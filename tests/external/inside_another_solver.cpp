@@ -160,7 +160,7 @@ void user_defined_force() {
             CHECK_NEAR(x_of(sim), x, 1e-7);
         }
         const double left = 0.5 * stiffness * x_of(sim) * x_of(sim) + 0.5 * mass * v_of(sim) * v_of(sim);
-        CHECK_NEAR(sim.state().dissipated, 0.5 * stiffness * 0.09 - left, 1e-6);
+        CHECK_NEAR(sim.state().dissipated(), 0.5 * stiffness * 0.09 - left, 1e-6);
         CHECK_NEAR(sim.sample().balance, 0, 1e-6);
     }
 }

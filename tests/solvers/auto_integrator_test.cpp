@@ -10,11 +10,12 @@
 namespace gudgeon {
 namespace {
 
-Simulation automatic(const std::string& mechanism, double tol) {
+Simulation automatic(const std::string& mechanism, double tol,
+                     const std::map<std::string, std::string>& parameters = {}) {
     SimulationOptions options;
     options.integrator = "auto";
     options.integration.rtol = options.integration.atol = tol;
-    return Simulation(build_mechanism(mechanism), options);
+    return Simulation(build_mechanism(mechanism, parameters), options);
 }
 
 TEST(AutoIntegrator, NamesTheStiffestLightlyDampedBody) {
@@ -34,6 +35,16 @@ TEST(AutoIntegrator, FollowsThePendulum) {
     EXPECT_NEAR(bob.z(), -0.9614192051, 1e-5);
     EXPECT_GT(sim.statistics().steps, 100);
     EXPECT_STREQ(sim.integrator_name(), "auto");
+}
+
+// Forces of stiff bushings, rounded, move a stage by more than sweeps at this tolerance ask for.
+TEST(AutoIntegrator, ToleranceNearRoundOffDoesNotCrawl) {
+    Simulation corner = automatic("hmmwv-corner", 1e-10);
+    ASSERT_TRUE(corner.advance_to(1).ok);
+    EXPECT_LT(corner.statistics().steps, 10000);
+    Simulation chain = automatic("suspension-chain", 1e-9, {{"units", "4"}});
+    ASSERT_TRUE(chain.advance_to(2.5).ok);
+    EXPECT_LT(chain.statistics().steps, 10000);
 }
 
 TEST(AutoIntegrator, KeepsLoadsFromOutside) {

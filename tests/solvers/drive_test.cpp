@@ -91,9 +91,9 @@ void follow(const TimeFunction& f, double end, double tol) {
         // multipliers of a BDF step are off by about tol / h, of either sign here and there: the work
         // is known to that share of what the drive moved to and fro
         const double moved = m * g * l * std::max(std::abs(truth.rate), 1.0) * (1 + t);
-        EXPECT_NEAR(sample.state.input, energy(truth.value, truth.rate) - e0, 100 * tol * moved) << t;
+        EXPECT_NEAR(sample.state.input(), energy(truth.value, truth.rate) - e0, 100 * tol * moved) << t;
         EXPECT_NEAR(sample.balance, 0, 100 * tol * moved) << t;
-        EXPECT_EQ(sample.state.dissipated, 0);
+        EXPECT_EQ(sample.state.dissipated(), 0);
     }
     // at the steps themselves
     EXPECT_LT(sim.statistics().constraint_position_max, 1e-10);
@@ -130,7 +130,7 @@ TEST(Drive, SlideOfATranslation) {
         EXPECT_NEAR(sample.joint[0].force.dot(axis), 2 * (truth.acceleration + g * std::sin(slope)), 1e-8);
         const double work = truth.rate * truth.rate - 0.2 * 0.2 * std::pow(2 * pi * 1.5, 2) +
                             2 * g * truth.value * std::sin(slope);
-        EXPECT_NEAR(sample.state.input, work, 1e-4);
+        EXPECT_NEAR(sample.state.input(), work, 1e-4);
     }
 }
 

@@ -196,10 +196,10 @@ TEST(Radau, DenseOutputHasTheOrderOfTheStages) {
                 worst.position = std::max(worst.position, std::abs(at.q[0] - Oscillator::x(t)));
                 worst.velocity = std::max(worst.velocity, std::abs(at.u[0] - Oscillator::v(t)));
                 const double lost = Oscillator::energy(0) - Oscillator::energy(t);
-                worst.multiplier = std::max(worst.multiplier, std::abs(at.dissipated - lost));
+                worst.multiplier = std::max(worst.multiplier, std::abs(at.dissipated() - lost));
             }
             EXPECT_LT((at.q - radau->state().q).norm() + (at.u - radau->state().u).norm(), 1e-13);
-            EXPECT_NEAR(at.dissipated, radau->state().dissipated, 1e-14);
+            EXPECT_NEAR(at.dissipated(), radau->state().dissipated(), 1e-14);
         }
         runs.push_back(worst);
     }

@@ -28,8 +28,8 @@ TEST(Rk4, OscillatorFollowsItsClosedForm) {
     const StepOutcome outcome = run(*rk4, 2, 0.0037, [&](const State& s) {
         EXPECT_NEAR(s.q[0], Oscillator::x(s.t), 2e-8);
         EXPECT_NEAR(s.u[0], Oscillator::v(s.t), 2e-7);
-        EXPECT_NEAR(s.dissipated, Oscillator::energy(0) - Oscillator::energy(s.t), 5e-8);
-        EXPECT_EQ(s.input, 0);
+        EXPECT_NEAR(s.dissipated(), Oscillator::energy(0) - Oscillator::energy(s.t), 5e-8);
+        EXPECT_EQ(s.input(), 0);
         ++samples;
     });
     EXPECT_TRUE(outcome.ok) << outcome.message;
@@ -115,8 +115,8 @@ TEST(Rk4, DriveAndTheEnergyItPutsIn) {
     double largest = 0;
     const StepOutcome outcome = run(*rk4, 1, 0.0123, [&](const State& s) {
         EXPECT_NEAR(s.q[14], 0.2 + driven_slide(s.t), 1e-7);
-        EXPECT_NEAR(mechanical_energy(system, s) - energy, s.input, 2e-6);
-        largest = std::max(largest, std::abs(s.input));
+        EXPECT_NEAR(mechanical_energy(system, s) - energy, s.input(), 2e-6);
+        largest = std::max(largest, std::abs(s.input()));
     });
     EXPECT_TRUE(outcome.ok) << outcome.message;
     EXPECT_GT(largest, 0.01); // it does put something in
@@ -144,7 +144,7 @@ TEST(Rk4, LoadsFromOutsideActFromTheNextStep) {
     ASSERT_TRUE(run(*rk4, 1.5).ok);
     EXPECT_NEAR(rk4->state().u[0], 3, 1e-12);
     EXPECT_NEAR(rk4->state().q[0], 1.5, 1e-12);
-    EXPECT_NEAR(rk4->state().input, 4.5, 1e-12);
+    EXPECT_NEAR(rk4->state().input(), 4.5, 1e-12);
 }
 
 TEST(Rk4, RepeatedConstraintsAreNamed) {

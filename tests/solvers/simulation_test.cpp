@@ -37,14 +37,14 @@ TEST(Simulation, SavedStateGoesOnAlike) {
         sim.restore(saved);
         EXPECT_EQ(sim.time(), 0.3);
         EXPECT_TRUE(same_bits(sim.state().q, saved.q) && same_bits(sim.state().u, saved.u));
-        EXPECT_EQ(sim.state().dissipated, saved.dissipated);
-        EXPECT_EQ(sim.state().input, saved.input);
+        EXPECT_EQ(sim.state().dissipated(), saved.dissipated());
+        EXPECT_EQ(sim.state().input(), saved.input());
         ASSERT_TRUE(sim.advance_to(0.6).ok);
         const State again = sim.state();
         // begun anew at 0.3 s, so the same within the tolerance only
         EXPECT_LT((again.q - straight.q).cwiseAbs().maxCoeff(), 1e3 * tol) << name;
         EXPECT_LT((again.u - straight.u).cwiseAbs().maxCoeff(), 3e4 * tol) << name;
-        EXPECT_NEAR(again.dissipated, straight.dissipated, 1e-3) << name;
+        EXPECT_NEAR(again.dissipated(), straight.dissipated(), 1e-3) << name;
 
         // and in two other objects bit by bit alike
         State ends[2];
@@ -125,7 +125,7 @@ TEST(Simulation, LoadSetFromOutsideEqualsTheForceInTheModel) {
         ASSERT_TRUE(outside.advance_to(t).ok);
         EXPECT_LT((inside.state().q - outside.state().q).cwiseAbs().maxCoeff(), 1e-6);
         EXPECT_LT((inside.state().u - outside.state().u).cwiseAbs().maxCoeff(), 1e-5);
-        EXPECT_NEAR(inside.state().input, outside.state().input, 1e-5);
+        EXPECT_NEAR(inside.state().input(), outside.state().input(), 1e-5);
         EXPECT_NEAR(outside.sample().balance, 0, 1e-5);
         const Sample& a = inside.sample();
         EXPECT_LT((a.joint[0].force - outside.sample().joint[0].force).norm(), 1e-3);
@@ -151,7 +151,7 @@ TEST(Simulation, LoadChangedBetweenStepsMakesParabolas) {
     EXPECT_NEAR(s.u[0], 1, 1e-6);
     EXPECT_NEAR(s.u[5], 1, 1e-6);
     EXPECT_NEAR(2 * std::asin(s.q[6]), 0.5, 1e-6);
-    EXPECT_NEAR(s.input, 4 * 1 - 2 * 1.5 + 1 * 0.5, 1e-5);
+    EXPECT_NEAR(s.input(), 4 * 1 - 2 * 1.5 + 1 * 0.5, 1e-5);
 }
 
 /// A mass on springs to the ground along X, without and with damping.
@@ -199,7 +199,7 @@ TEST(Simulation, UserForceEqualsTheBuiltInSpring) {
             ASSERT_TRUE(built_in.advance_to(t).ok);
             EXPECT_LT((user.state().q - built_in.state().q).cwiseAbs().maxCoeff(), 1e-7);
             EXPECT_LT((user.state().u - built_in.state().u).cwiseAbs().maxCoeff(), 1e-6);
-            EXPECT_NEAR(user.state().dissipated, built_in.state().dissipated, 1e-6);
+            EXPECT_NEAR(user.state().dissipated(), built_in.state().dissipated(), 1e-6);
             EXPECT_NEAR(user.sample().energies.elastic, built_in.sample().energies.elastic, 1e-6);
         }
         const MatX ours = dense(user.matrices().K), theirs = dense(built_in.matrices().K);

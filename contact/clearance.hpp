@@ -1,0 +1,32 @@
+// What the batches of joints with clearance share when a model is compiled.
+#pragma once
+
+#include "contact/normal_law.hpp"
+#include "core/joint_motions.hpp"
+#include "core/system.hpp"
+
+namespace gudgeon {
+
+/// The two sides of a joint as a contact sees them: a the bearing, socket or guide, b the journal.
+struct JointSide {
+    int joint;
+    Anchor a, b;
+    bool swapped; // the bearing sits on the joint's second body
+};
+JointSide plain_side(const CompileContext& context, int joint);   // as the joint names its bodies
+JointSide bearing_side(const CompileContext& context, int joint); // after "bearing"
+
+/// The motion belongs to the joint and contact holds it after a free play.
+bool held_by_contact(const Joint& joint, Motion motion);
+
+/// Radii, length and clearance of a joint's bearing, as its laws want them.
+ContactGeometry contact_geometry(const Clearance& clearance);
+
+/// Compiles a law; what is wrong with it becomes a ModelError at the joint's member.
+NormalLaw joint_law(const CompileContext& context, int joint, const ContactLaw& law,
+                    const ContactGeometry& geometry, const std::string& member);
+NormalLaw radial_law(const CompileContext& context, int joint);
+NormalLaw axial_law(const CompileContext& context, int joint);
+NormalLaw rotation_law(const CompileContext& context, int joint);
+
+} // namespace gudgeon

@@ -1,0 +1,173 @@
+#include "contact/point_batches.hpp"
+
+#include "contact/clearance.hpp"
+
+#include <numeric>
+
+namespace gudgeon {
+
+namespace {
+
+double rate_of(const BodyMotion& a, const BodyMotion& b, const ContactPoint& c) {
+    return c.n.dot(point_velocity_at(b, c.p) - point_velocity_at(a, c.p));
+}
+
+template <class Element>
+NormalForce force_of(const Evaluation& e, const Element& x, int contact, const ContactPoint& c, double rate) {
+    return contact_force(e, x.law, x.channel + contact * x.law.slots(), x.share, c.depth, rate);
+}
+
+} // namespace
+
+template <class Shape> PairWrench PointKernel<Shape>::wrench(const Evaluation& e, const Element& x) {
+    const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
+    PairWrench sum;
+    const auto points = x.shape.find(a, b);
+    for (int i = 0; i < contacts; ++i) {
+        const ContactPoint& c = points[i];
+        if (!(c.depth > 0))
+            continue;
+        const NormalForce f = force_of(e, x, i, c, rate_of(a, b, c));
+        const PairWrench w = point_wrench(a, b, c.p, f.force * c.n);
+        sum.force_a += w.force_a;
+        sum.moment_a += w.moment_a;
+        sum.force_b += w.force_b;
+        sum.moment_b += w.moment_b;
+    }
+    return sum;
+}
+
+template <class Shape>
+void PointKernel<Shape>::linearise(const Evaluation& e, const Element& x, BlockMatrix& c, BlockMatrix& s) {
+    const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
+    const auto points = x.shape.find(a, b);
+    for (int i = 0; i < contacts; ++i) {
+        const ContactPoint& point = points[i];
+        if (!(point.depth > 0))
+            continue;
+        const NormalForce f = force_of(e, x, i, point, rate_of(a, b, point));
+        add_normal_linearisation(a, b, point, x.shape.rates(a, b, i, point), f.force, f.by_depth, f.by_rate,
+                                 c, s);
+    }
+}
+
+template <class Shape> EnergyRates PointKernel<Shape>::energies(const Evaluation& e, const Element& x) {
+    const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
+    EnergyRates sum;
+    const auto points = x.shape.find(a, b);
+    for (int i = 0; i < contacts; ++i) {
+        const ContactPoint& c = points[i];
+        if (!(c.depth > 0))
+            continue;
+        const double rate = rate_of(a, b, c);
+        const NormalForce f = force_of(e, x, i, c, rate);
+        sum += {f.energy, (f.force - f.elastic) * rate, 0};
+    }
+    return sum;
+}
+
+template <class Shape>
+ContactSample PointKernel<Shape>::sample(const Evaluation& e, const Element& x, int contact, int slot) {
+    const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
+    const ContactPoint c = x.shape.find(a, b)[contact];
+    const double rate = rate_of(a, b, c);
+    const NormalForce f = force_of(e, x, contact, c, rate);
+    ContactSample out = contact_sample(x.law, f, slot, c.depth, rate, x.share,
+                                       inverse_mass(e, x.a, x.b, depth_gradient(a, b, c)));
+    out.normal_force = -out.force * c.n;
+    return out;
+}
+
+template struct PointKernel<SphereShape>;
+template struct PointKernel<PlanarShape>;
+template struct PointKernel<TwoEndShape>;
+template struct PointKernel<SlotShape>;
+
+namespace {
+
+template <class Shape> typename PointKernel<Shape>::Element element_of(const CompileContext& context, int j) {
+    const JointSide side = bearing_side(context, j);
+    typename PointKernel<Shape>::Element x;
+    x.joint = j;
+    x.a = side.a.body;
+    x.b = side.b.body;
+    x.swapped = side.swapped;
+    x.law = radial_law(context, j);
+    return x;
+}
+
+bool uses_model(const Joint& joint, std::string_view model) {
+    return joint.kind != JointKind::spherical && joint.kind != JointKind::universal &&
+           held_by_contact(joint, Motion::radial) && joint.clearance->model == model;
+}
+
+template <class Shape, class Wanted, class Fill>
+std::unique_ptr<ForceBatch> build(const CompileContext& context, Wanted wanted, Fill fill) {
+    auto batch = std::make_unique<ContactBatchOf<PointKernel<Shape>>>();
+    for (int j = 0; j < static_cast<int>(context.model.joints.size()); ++j) {
+        const Joint& joint = context.model.joints[j];
+        if (!wanted(joint))
+            continue;
+        auto x = element_of<Shape>(context, j);
+        fill(*joint.clearance, bearing_side(context, j), x);
+        batch->add(std::move(x));
+    }
+    return batch;
+}
+
+} // namespace
+
+ForceBatchBuilder sphere_builder() {
+    return [](const CompileContext& context) {
+        const auto wanted = [](const Joint& j) {
+            return (j.kind == JointKind::spherical || j.kind == JointKind::universal) &&
+                   held_by_contact(j, Motion::radial);
+        };
+        return build<SphereShape>(context, wanted, [](const Clearance& c, const JointSide& side, auto& x) {
+            x.shape.gap = {side.a.point, side.b.point, c.radial.value_or(0), c.radius.value_or(0)};
+        });
+    };
+}
+
+ForceBatchBuilder planar_builder() {
+    return [](const CompileContext& context) {
+        const auto wanted = [](const Joint& j) { return uses_model(j, "planar"); };
+        return build<PlanarShape>(context, wanted, [](const Clearance& c, const JointSide& side, auto& x) {
+            x.shape.gap = {side.a.point, side.a.axes.col(2), side.b.point, c.radial.value_or(0),
+                           c.radius.value_or(0)};
+        });
+    };
+}
+
+ForceBatchBuilder two_end_builder() {
+    return [](const CompileContext& context) {
+        const auto wanted = [](const Joint& j) { return uses_model(j, "two-end"); };
+        return build<TwoEndShape>(context, wanted, [](const Clearance& c, const JointSide& side, auto& x) {
+            x.share = 0.5;
+            x.shape.gap = {side.a.point,        side.a.axes.col(2),   side.b.point,
+                           side.b.axes.col(2),  c.length.value_or(0), c.radial.value_or(0),
+                           c.radius.value_or(0)};
+        });
+    };
+}
+
+ForceBatchBuilder slot_builder() {
+    return [](const CompileContext& context) {
+        const auto wanted = [](const Joint& j) { return uses_model(j, "slot"); };
+        return build<SlotShape>(context, wanted, [](const Clearance& c, const JointSide& side, auto& x) {
+            x.share = 0.25; // a face rests on four corners
+            const std::array<double, 2> section = c.section.value_or(std::array<double, 2>{0, 0});
+            const double guide = c.length.value_or(0), block = c.journal_length.value_or(guide);
+            x.shape.gap = {side.a.point,
+                           side.b.point,
+                           side.a.axes,
+                           side.b.axes,
+                           {0.5 * section[0], 0.5 * section[1]},
+                           c.radial.value_or(0),
+                           std::min(guide, block),
+                           block < guide};
+        });
+    };
+}
+
+} // namespace gudgeon

@@ -1,0 +1,85 @@
+// Cylinder in cylinder by strips (AP 25-42): the bearings of a scene as one flat array of strips.
+//
+// A strip carries 1/N of the joint's law, times the part of it that the journal covers. Where a tilted
+// circle touches on two sides both points count, each with a memory of its own: a point keeps its memory by
+// its place around the bearing. A joint whose bound says that it cannot touch evaluates no strip.
+// Forces are found strip by strip in parallel, then summed joint by joint in the order of the strips: the
+// same bits for any number of threads.
+//
+// The edge of a journal that slides off a strip pushes along the axis by (stored energy per length); that
+// force, smaller than the normal one by depth over strip width, is left out, and the energy it would take
+// is counted as dissipated.
+#pragma once
+
+#include "contact/contact_batch.hpp"
+#include "contact/contact_law.hpp"
+#include "contact/gap_strip.hpp"
+#include "core/system.hpp"
+
+#include <limits>
+
+namespace gudgeon {
+
+struct StripJoint : ContactElement {
+    CylinderPair cylinders;
+    int first_strip = 0, strips = 0;                                 // in the flat arrays
+    double half_span = 0;                                            // m, |offset| of the outermost circle
+    double least_radius = 0;                                         // m
+    double width = 0;                                                // m, of a strip
+    double journal_length = std::numeric_limits<double>::infinity(); // m
+    Vec3 reference = Vec3::UnitX(), across = Vec3::UnitY(); // across the bearing's axis, in a: place 0, pi/2
+};
+
+class StripBatch final : public ForceBatch {
+  public:
+    /// offsets (m, along the bearing's axis) and radii (m) of the strips of x.
+    void add(StripJoint x, const std::vector<double>& offsets, const std::vector<double>& radii);
+
+    const char* kind() const override { return "strips"; }
+    int size() const override { return static_cast<int>(joints_.items().size()); }
+    void finish(BlockLayoutBuilder& layout) override;
+    void add_forces(const Evaluation& e, ForceSink f) const override;
+    void add_linearisation(const Evaluation& e, Linearisation& lin) const override;
+    EnergyRates energies(const Evaluation& e) const override;
+    void add_joint_wrenches(const Evaluation& e, std::span<Wrench> wrenches) const override;
+
+    bool has_contacts() const override { return true; }
+    void declare_contacts(int batch, std::vector<ContactChannel>& channels) override;
+    void sample_contacts(const Evaluation& e, std::span<ContactSample> samples) const override;
+    ContactSample sample_contact(const Evaluation& e, int channel) const override;
+    double depth_of_energy(int channel, double energy) const override;
+    double depth_of_force(int channel, double force) const override;
+
+    std::size_t scratch_size() const override;
+    void place_scratch(std::size_t first) override { scratch_ = first; }
+
+    /// Strips of the batch, and those whose joint the bound does not exclude.
+    std::size_t strips() const { return offset_.size(); }
+    std::size_t strips_in_reach(const Evaluation& e) const;
+
+  private:
+    struct Pose;
+    struct Touch; // one point of a strip
+    struct Found; // the points of a strip with the memories they own
+    Found find(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip) const;
+    template <class F>
+    void for_touches(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip, F&& f) const;
+    bool in_reach(const Evaluation& e, const StripJoint& x) const;
+    Vec6 strip_wrench(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip) const;
+    Vec6 joint_wrench(const Evaluation& e, const StripJoint& x) const;
+    PairWrench on_bodies(const Evaluation& e, const StripJoint& x, const Vec6& wrench) const;
+    void add_forces_in_parallel(const Evaluation& e, ForceSink f) const;
+    void strip_samples(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip,
+                       ContactSample* out) const;
+
+    ColouredElements<StripJoint> joints_;
+    std::vector<double> offset_, radius_; // per strip
+    std::vector<int> joint_of_strip_;
+    std::size_t scratch_ = 0;
+    int first_channel_ = 0;
+    std::vector<int> joint_of_channel_;
+};
+
+ForceBatchBuilder strip_builder(); // "model": "strips", the default of cylinders
+
+} // namespace gudgeon

@@ -1,0 +1,245 @@
+#include "solvers/contact_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace gudgeon {
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double energy_per_tolerance = 20, largest_share = 1e-2;
+constexpr double root_share = 1e-3;   // of the threshold: an onset counts as met
+constexpr double aim = 0.5;           // of the threshold: where a repeated step should end
+constexpr double least_share = 1e-6;  // of a strip that the journal hardly covers
+constexpr double step_per_rise = 0.2; // first step in a contact, of the time to its greatest depth
+
+bool touching(const ContactMemory& memory, int channel) { return memory.start_speed[channel] >= 0; }
+
+// Greatest value of the cubic through depth and rate at both ends of a step.
+double greatest_depth(double h, const ContactSample& a, const ContactSample& b) {
+    double greatest = std::max(a.depth, b.depth);
+    if (!(a.rate > 0 && b.rate < 0))
+        return greatest;
+    double low = 0, high = 1;
+    const auto slope = [&](double s) {
+        return 6 * s * (1 - s) * (b.depth - a.depth) + h * ((1 - s) * (1 - 3 * s) * a.rate) +
+               h * (s * (3 * s - 2) * b.rate);
+    };
+    for (int i = 0; i < 30; ++i) {
+        const double middle = 0.5 * (low + high);
+        (slope(middle) > 0 ? low : high) = middle;
+    }
+    const double s = low, r = 1 - s;
+    return std::max(greatest, r * r * (1 + 2 * s) * a.depth + s * s * (3 - 2 * s) * b.depth +
+                                  h * s * r * (r * a.rate - s * b.rate));
+}
+
+} // namespace
+
+ContactWatch::ContactWatch(const System& system, const IntegratorOptions& options)
+    : system_(system), onset_(options.onset),
+      share_(std::min(energy_per_tolerance * std::max(options.rtol, 1e-12), largest_share)),
+      before_(system.contacts.size()), suggested_(infinity) {}
+
+void ContactWatch::tell(ContactEvent::Kind kind, int channel, double t, double depth, double speed) const {
+    if (on_contact)
+        on_contact({kind, t, channel, depth, speed});
+}
+
+void ContactWatch::begin(State& state, Workspace& ws) {
+    suggested_ = infinity;
+    if (idle())
+        return;
+    ws.contacts = state.contacts;
+    sample_contacts(system_, state.t, ws);
+    for (int c = 0; c < system_.channels(); ++c) {
+        const ContactSample& sample = ws.samples[c];
+        if (sample.depth >= 0 && !touching(state.contacts, c))
+            begin_contact({c, state.t, std::max(sample.rate, 0.0)}, sample, state);
+        else if (sample.depth < 0)
+            state.contacts.start_speed[c] = -1;
+        state.contacts.place[c] = sample.place;
+    }
+    suggested_ = infinity; // the integrator finds its first step
+    ws.contacts = state.contacts;
+    sample_contacts(system_, state.t, ws);
+    before_ = ws.samples;
+}
+
+ContactSample ContactWatch::sample_at(double t, int channel, Workspace& ws, const MotionAt& motion_at) {
+    const ContactChannel& c = system_.contacts[channel];
+    for (const int body : {c.a, c.b})
+        if (body < system_.moving)
+            motion_at(t, body, ws.motion[body]);
+    return system_.forces[c.batch]->sample_contact(evaluation(system_, ws, t), channel);
+}
+
+// Where the depth passes zero upwards in [t0, t1], by Newton's method kept inside a shrinking bracket.
+// Leaves the motion of the channel's bodies at t1.
+ContactWatch::Crossing ContactWatch::crossing(double t0, double t1, int channel, Workspace& ws,
+                                              const MotionAt& motion_at) {
+    double low = t0, high = t1;
+    ContactSample at = ws.samples[channel];
+    double t = t1, best_t = t1, best = infinity, speed = at.rate;
+    for (int i = 0; i < 60 && high - low > 4e-16 * std::abs(high); ++i) {
+        if (std::abs(at.depth) < best) {
+            best = std::abs(at.depth);
+            best_t = t;
+            speed = at.rate;
+        }
+        if (at.depth == 0 || best < 1e-17)
+            break;
+        (at.depth > 0 ? high : low) = t;
+        const double newton = t - at.depth / at.rate;
+        const bool inside = at.rate > 0 && newton > low && newton < high;
+        if (inside && newton == t)
+            break;
+        t = inside ? newton : 0.5 * (low + high);
+        at = sample_at(t, channel, ws, motion_at);
+    }
+    sample_at(t1, channel, ws, motion_at);
+    return {channel, best_t, std::max(speed, 0.0)};
+}
+
+double ContactWatch::threshold(int channel, double speed, const ContactSample& sample) const {
+    const ForceBatch& batch = *system_.forces[system_.contacts[channel].batch];
+    const double share = std::max(sample.share, least_share);
+    const Model::Onset& wanted = system_.model.onset;
+    double depth;
+    if (wanted.depth)
+        depth = *wanted.depth;
+    else if (wanted.force)
+        depth = batch.depth_of_force(channel, *wanted.force / share);
+    else if (wanted.energy)
+        depth = batch.depth_of_energy(channel, *wanted.energy / share);
+    else
+        depth = batch.depth_of_energy(channel, share_ * 0.5 * speed * speed / (share * sample.inverse_mass));
+    return onset_ == Onset::root ? root_share * depth : depth;
+}
+
+ContactWatch::Verdict ContactWatch::judge(double t0, double t1, Workspace& ws, const MotionAt& motion_at) {
+    starts_.clear();
+    Verdict verdict;
+    if (idle())
+        return verdict;
+    sample_contacts(system_, t1, ws);
+    verdict.end = t1;
+    for (int c = 0; c < system_.channels(); ++c) {
+        const ContactSample& sample = ws.samples[c];
+        if (!(sample.depth > 0) || touching(ws.contacts, c))
+            continue;
+        const Crossing start = crossing(t0, t1, c, ws, motion_at);
+        starts_.push_back(start);
+        if (onset_ == Onset::ignored)
+            continue;
+        const double speed = std::max(start.speed, std::abs(sample.rate));
+        const double allowed = threshold(c, speed, sample);
+        if (sample.depth <= allowed)
+            continue;
+        double end = start.t;
+        if (onset_ == Onset::threshold)
+            end += start.speed > 0 ? aim * allowed / start.speed : 0.1 * (t1 - start.t);
+        end = std::clamp(end, t0 + 1e-4 * (t1 - t0), t0 + 0.9 * (t1 - t0));
+        if (!verdict.ok && end >= verdict.end)
+            continue;
+        verdict = {false, end, c, sample.depth, allowed};
+    }
+    if (!verdict.ok)
+        tell(ContactEvent::Kind::rejected, verdict.channel, t1, verdict.depth,
+             ws.samples[verdict.channel].rate);
+    return verdict;
+}
+
+void ContactWatch::begin_contact(const Crossing& start, const ContactSample& sample, State& state) {
+    state.contacts.start_speed[start.channel] = start.speed;
+    state.contacts.start_time[start.channel] = start.t;
+    const ContactChannel& channel = system_.contacts[start.channel];
+    ++state.history[system_.joints[channel.joint].contact].impacts;
+    tell(ContactEvent::Kind::start, start.channel, start.t, sample.depth, start.speed);
+    if (!(start.speed > 0))
+        return;
+    const double rise = system_.forces[channel.batch]->depth_of_energy(
+        start.channel,
+        0.5 * start.speed * start.speed / (std::max(sample.share, least_share) * sample.inverse_mass));
+    suggested_ = std::min(suggested_, step_per_rise * rise / start.speed);
+}
+
+void ContactWatch::commit(double t0, double t1, State& state, Workspace& ws) {
+    suggested_ = infinity;
+    before_speed_ = state.contacts.start_speed;
+    if (idle())
+        return;
+    for (const Crossing& start : std::exchange(starts_, {}))
+        begin_contact(start, ws.samples[start.channel], state);
+    for (int c = 0; c < system_.channels(); ++c) {
+        const ContactSample& sample = ws.samples[c];
+        if (sample.depth <= 0 && touching(state.contacts, c)) {
+            state.contacts.start_speed[c] = -1;
+            if (on_contact) {
+                const double h = t1 - t0; // last passage through zero, by the cubic through both ends
+                double low = 0, high = 1;
+                const ContactSample& a = before_[c];
+                for (int i = 0; i < 40 && a.depth > 0; ++i) {
+                    const double s = 0.5 * (low + high), r = 1 - s;
+                    const double depth = r * r * (1 + 2 * s) * a.depth + s * s * (3 - 2 * s) * sample.depth +
+                                         h * s * r * (r * a.rate - s * sample.rate);
+                    (depth > 0 ? low : high) = s;
+                }
+                tell(ContactEvent::Kind::end, c, t0 + low * h, 0, sample.rate);
+            }
+        } else if (onset_ == Onset::root && sample.depth <= 0 && sample.rate > 0 &&
+                   -sample.depth <= threshold(c, sample.rate, sample)) {
+            begin_contact({c, t1, sample.rate}, sample, state); // met from below by rounding
+        }
+        state.contacts.place[c] = sample.place;
+    }
+    ws.contacts = state.contacts;
+    if (!starts_.empty() || onset_ == Onset::root)
+        sample_contacts(system_, t1, ws);
+    record(t0, t1, state, ws);
+    before_ = ws.samples;
+}
+
+void ContactWatch::memory_inside(ContactMemory& out) const {
+    if (before_speed_.size() == out.start_speed.size())
+        out.start_speed = out.start_speed.cwiseMax(before_speed_);
+}
+
+void ContactWatch::record(double t0, double t1, State& state, Workspace& ws) {
+    int joint = -1;
+    Vec3 resultant = Vec3::Zero();
+    double moment = 0;
+    bool touches = false;
+    const auto finish = [&] {
+        if (joint < 0)
+            return;
+        ContactHistory& history = state.history[system_.joints[joint].contact];
+        history.peak_force = std::max(history.peak_force, std::max(resultant.norm(), moment));
+        if (touches)
+            history.touching += t1 - t0;
+    };
+    for (int c = 0; c < system_.channels(); ++c) {
+        if (system_.contacts[c].joint != joint) {
+            finish();
+            joint = system_.contacts[c].joint;
+            resultant.setZero();
+            moment = 0;
+            touches = false;
+        }
+        const ContactSample& now = ws.samples[c];
+        if (!(now.depth > 0) && !(before_[c].depth > 0))
+            continue;
+        touches = touches || now.depth > 0;
+        ContactHistory& history = state.history[system_.joints[joint].contact];
+        history.deepest = std::max(history.deepest, greatest_depth(t1 - t0, before_[c], now));
+        resultant += now.normal_force + now.friction_force;
+        if (now.normal_force.isZero())
+            moment = std::max(moment, now.force);
+    }
+    finish();
+}
+
+} // namespace gudgeon

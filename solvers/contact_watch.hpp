@@ -1,0 +1,74 @@
+// Physics takes part in accepting a step (Flores & Ambrosio 2010, AP 2.1): a contact that is new in a step
+// must start shallow, else the step is rejected and shortened. What contacts remember, and their history,
+// change here, on accepted steps only.
+//
+// Threshold of a new contact, in this order: the model's `onset` (depth, force or energy); else the depth at
+// which the law has stored the share 20 rtol (at most 1 %) of the kinetic energy of the approach,
+// 1/2 v^2 / (B M^-1 B^T). The force error of a step with an onset inside grows with the depth to the same
+// power as that energy, so contacts begin as exactly as the rest of the motion.
+#pragma once
+
+#include "core/assembly.hpp"
+#include "solvers/integrator.hpp"
+
+#include <functional>
+#include <vector>
+
+namespace gudgeon {
+
+class ContactWatch {
+  public:
+    ContactWatch(const System& system, const IntegratorOptions& options);
+
+    /// Nothing can touch.
+    bool idle() const { return system_.contacts.empty(); }
+
+    /// At a start: contacts that touch without a memory begin now, with their present speed. ws.motion set.
+    void begin(State& state, Workspace& ws);
+
+    /// Motion of one body at a time inside the step being tried.
+    using MotionAt = std::function<void(double t, int body, BodyMotion& out)>;
+
+    struct Verdict {
+        bool ok = true;
+        double end = 0; // s, where the next try should end
+        int channel = -1;
+        double depth = 0, threshold = 0;
+    };
+    /// Of a step [t0, t1] that passed the error test; ws.motion is that of t1.
+    Verdict judge(double t0, double t1, Workspace& ws, const MotionAt& motion_at);
+
+    /// The step is accepted: memory into state and ws, history, events. ws as for judge().
+    void commit(double t0, double t1, State& state, Workspace& ws);
+
+    /// What contacts remember inside the last accepted step: those that ended in it still do.
+    void memory_inside(ContactMemory& out) const;
+
+    /// Step that follows the contacts begun in the last committed step, s; infinite if there were none.
+    double suggested_step() const { return suggested_; }
+
+    /// Starts, ends and rejected starts are told to this function where set.
+    std::function<void(const ContactEvent&)> on_contact;
+
+  private:
+    struct Crossing {
+        int channel;
+        double t, speed;
+    };
+    ContactSample sample_at(double t, int channel, Workspace& ws, const MotionAt& motion_at);
+    Crossing crossing(double t0, double t1, int channel, Workspace& ws, const MotionAt& motion_at);
+    double threshold(int channel, double speed, const ContactSample& sample) const;
+    void begin_contact(const Crossing& start, const ContactSample& sample, State& state);
+    void record(double t0, double t1, State& state, Workspace& ws);
+    void tell(ContactEvent::Kind kind, int channel, double t, double depth, double speed) const;
+
+    const System& system_;
+    Onset onset_;
+    double share_; // of the energy of approach
+    std::vector<Crossing> starts_;
+    std::vector<ContactSample> before_; // samples at the last accepted step
+    VecX before_speed_;                 // ContactMemory::start_speed before the last commit
+    double suggested_ = 0;
+};
+
+} // namespace gudgeon
