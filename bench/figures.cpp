@@ -39,7 +39,7 @@ void make_quick(Options& options) {
     options.problems = {"pendulum", "chain-4"};
     options.bodies = {10, 100};
     options.units = {1, 2};
-    options.target = 1e-4;
+    options.targets = {1e-4};
     options.steps = 20;
     options.repeats = 1;
 }
@@ -63,7 +63,9 @@ int main(int argc, char** argv) {
     app.add_option("--bodies", options.bodies, "scaling: sizes")->delimiter(',');
     app.add_option("--units", options.units, "suspension: sizes, those with a reference first")
         ->delimiter(',');
-    app.add_option("--target", options.target, "suspension: error, m")->capture_default_str();
+    app.add_option("--targets", options.targets, "suspension: errors, m")
+        ->delimiter(',')
+        ->capture_default_str();
     app.add_option("--rtol", options.scaling_rtol, "scaling: tolerance")->capture_default_str();
     app.add_option("--steps", options.steps, "scaling: steps counted")->capture_default_str();
     app.add_option("--repeats", options.repeats, "of a timed run")->capture_default_str();

@@ -4,12 +4,15 @@
 #include "contact/standard_forces.hpp"
 #include "core/assembly.hpp"
 #include "models/mechanisms.hpp"
+#include "solvers/complex_klu_solver.hpp"
 #include "solvers/integrator.hpp"
 #include "solvers/klu_solver.hpp"
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstring>
 #include <limits>
 #include <map>
@@ -36,8 +39,11 @@ struct Scene {
     Workspace ws;
     SaddleMatrix saddle;
     KluSolver klu;
-    std::vector<double> values, other_values; // of two step lengths
+    ComplexKluSolver complex_klu;
+    std::vector<double> values, other_values;                        // of two step lengths
+    std::vector<std::complex<double>> complex_values, other_complex; // the same turned off the real axis
     VecX rhs;
+    std::vector<std::complex<double>> complex_rhs;
 
     Scene(Mechanism mechanism, int bodies)
         : system(compile(sized_model(mechanism, bodies), standard_force_builders())),
@@ -60,6 +66,20 @@ struct Scene {
             throw std::runtime_error("the scene's matrix is singular");
         rhs = VecX::Ones(2 * saddle.pattern().cols);
         klu.solve({rhs.data(), static_cast<std::size_t>(rhs.size())}, 2);
+        prepare_complex();
+    }
+
+    void prepare_complex() { // Radau's pair of eigenvalues at these step lengths
+        const std::complex<double> s = 0.74 * std::complex<double>(1, 1.14);
+        complex_values.resize(values.size());
+        other_complex.resize(values.size());
+        saddle.assemble(system, ws, 1e3 * s, 1e-3 / s, complex_values);
+        saddle.assemble(system, ws, 2e3 * s, 5e-4 / s, other_complex);
+        complex_klu.analyse(saddle.pattern());
+        if (!complex_klu.factor(complex_values).ok())
+            throw std::runtime_error("the scene's complex matrix is singular");
+        complex_rhs.assign(static_cast<std::size_t>(rhs.size()), 1.0);
+        complex_klu.solve(complex_rhs, 2);
     }
 };
 
@@ -158,6 +178,30 @@ void klu_solution(benchmark::State& state) { // two right-hand sides, as a sweep
     count_bodies(state, s);
 }
 
+void complex_refactorisation(benchmark::State& state) {
+    Scene& s = scene(state);
+    const long full = s.complex_klu.counts().factorisations;
+    bool other = false;
+    for (auto _ : state) {
+        if (!s.complex_klu.factor(other ? s.other_complex : s.complex_values).ok())
+            state.SkipWithError("singular");
+        other = !other;
+    }
+    count_bodies(state, s);
+    state.counters["full"] = static_cast<double>(s.complex_klu.counts().factorisations - full);
+    state.counters["nnz_factors_body"] =
+        static_cast<double>(s.complex_klu.factor_nonzeros()) / s.system.moving;
+}
+
+void complex_solution(benchmark::State& state) { // two right-hand sides
+    Scene& s = scene(state);
+    for (auto _ : state) {
+        std::fill(s.complex_rhs.begin(), s.complex_rhs.end(), 1.0);
+        s.complex_klu.solve(s.complex_rhs, 2);
+    }
+    count_bodies(state, s);
+}
+
 void gear_step(benchmark::State& state) {
     Scene& s = scene(state);
     const auto integrator = make_integrator("gear", s.system, {.rtol = 1e-5, .atol = 1e-5});
@@ -187,6 +231,8 @@ void add_all() {
         {"assemble", assembly},
         {"klu_refactor", klu_refactorisation},
         {"klu_solve2", klu_solution},
+        {"complex_klu_refactor", complex_refactorisation},
+        {"complex_klu_solve2", complex_solution},
         {"gear_step", gear_step},
     };
     for (const Mechanism mechanism : {chain, suspension})

@@ -266,9 +266,9 @@ void StripBatch::declare_contacts(int batch, std::vector<ContactChannel>& channe
     }
 }
 
-// All channels of a strip: most_points times slots.
+// All channels of a strip: most_points times slots; where it is not in reach only a bound, unless `exactly`.
 void StripBatch::strip_samples(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip,
-                               ContactSample* out) const {
+                               bool exactly, ContactSample* out) const {
     const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
     const int slots = x.law.slots();
     const double bound =
@@ -277,7 +277,7 @@ void StripBatch::strip_samples(const Evaluation& e, const StripJoint& x, const P
         out[i] = {};
         out[i].depth = -x.cylinders.journal_radius; // no such point
     }
-    if (bound <= 0) {
+    if (bound <= 0 && !exactly) {
         out[0].depth = std::min(bound, -1e-300);
         return;
     }
@@ -317,7 +317,7 @@ void StripBatch::sample_contacts(const Evaluation& e, std::span<ContactSample> s
         }
         const Pose pose(e, x);
         for (int k = 0; k < x.strips; ++k)
-            strip_samples(e, x, pose, x.first_strip + k, out + k * per_strip);
+            strip_samples(e, x, pose, x.first_strip + k, false, out + k * per_strip);
     }
 }
 
@@ -325,7 +325,7 @@ ContactSample StripBatch::sample_contact(const Evaluation& e, int channel) const
     const StripJoint& x = joints_.items()[joint_of_channel_[channel - first_channel_]];
     const int per_strip = most_points * x.law.slots(), local = channel - x.channel;
     std::array<ContactSample, 2 * most_points> samples;
-    strip_samples(e, x, Pose(e, x), x.first_strip + local / per_strip, samples.data());
+    strip_samples(e, x, Pose(e, x), x.first_strip + local / per_strip, true, samples.data());
     return samples[local % per_strip];
 }
 

@@ -70,7 +70,7 @@ class StripBatch final : public ForceBatch {
     PairWrench on_bodies(const Evaluation& e, const StripJoint& x, const Vec6& wrench) const;
     void add_forces_in_parallel(const Evaluation& e, ForceSink f) const;
     void strip_samples(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip,
-                       ContactSample* out) const;
+                       bool exactly, ContactSample* out) const;
 
     ColouredElements<StripJoint> joints_;
     std::vector<double> offset_, radius_; // per strip

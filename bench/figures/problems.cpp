@@ -87,6 +87,17 @@ Problem chain(int links, const std::filesystem::path& folder) {
     return problem;
 }
 
+Problem hmmwv_corner(const std::filesystem::path& folder) {
+    Problem problem{"hmmwv-corner", "hmmwv-corner", {}, 5, {}, {}, {}, {}};
+    std::vector<std::pair<std::string, std::string>> pairs;
+    for (const std::string body : {"spindle", "upright"})
+        for (const std::string axis : {".x", ".y", ".z"})
+            pairs.emplace_back(body + axis, body + axis);
+    set_reference(problem, read_table(folder / "hmmwv_corner.csv"), pairs);
+    problem.rk4_steps = {1e-4, 5e-5}; // the bushings stop 2e-4
+    return problem;
+}
+
 } // namespace
 
 Model Problem::model() const { return build_mechanism(mechanism, parameters); }
@@ -111,14 +122,16 @@ Problem suspension_problem(int units, const std::filesystem::path& folder) {
     return problem;
 }
 
-std::vector<Problem> reference_problems(const std::filesystem::path& folder) {
+std::vector<Problem> reference_problems(const std::filesystem::path& folder,
+                                        const std::filesystem::path& data) {
     return {pendulum(),
             slider_crank(folder),
             heavy_top(folder),
             chain(4, folder),
             chain(16, folder),
             suspension_problem(1, folder),
-            suspension_problem(4, folder)};
+            suspension_problem(4, folder),
+            hmmwv_corner(data)};
 }
 
 } // namespace gudgeon::figures

@@ -23,9 +23,11 @@ struct Problem {
     Model model() const;
 };
 
-/// pendulum, slider-crank, heavy-top, chain-4, chain-16, suspension-1, suspension-4.
-/// folder: the reference tables (tests/data/reference). Throws std::runtime_error for a missing table.
-std::vector<Problem> reference_problems(const std::filesystem::path& folder);
+/// pendulum, slider-crank, heavy-top, chain-4, chain-16, suspension-1, suspension-4, hmmwv-corner.
+/// folder: the reference tables (tests/data/reference); data: those made by this program with another
+/// method (bench/data). Throws std::runtime_error for a missing table.
+std::vector<Problem> reference_problems(const std::filesystem::path& folder,
+                                        const std::filesystem::path& data);
 
 /// suspension-chain of any size, without reference unless a table exists for it.
 Problem suspension_problem(int units, const std::filesystem::path& folder);

@@ -8,14 +8,14 @@
 namespace gudgeon::figures {
 
 struct Options {
-    std::filesystem::path out = "figures", reference = GUDGEON_REFERENCE;
-    std::vector<std::string> integrators{"gear", "ida", "rk4"};
+    std::filesystem::path out = "figures", reference = GUDGEON_REFERENCE, data = GUDGEON_BENCH_DATA;
+    std::vector<std::string> integrators{"gear", "radau", "auto", "ida", "rk4"};
     std::vector<std::string> scaling_integrators{"gear"}; // ida has eight times the factors on chains
     std::vector<std::string> problems;                    // empty: all
-    std::vector<double> tolerances{1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10};
+    std::vector<double> tolerances{1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10};
     std::vector<int> bodies{10, 30, 100, 300, 1000, 3000, 10000};
     std::vector<int> units{1, 4, 16, 64};
-    double target = 1e-5; // m, chassis height
+    std::vector<double> targets{1e-3, 1e-5, 1e-7}; // m, chassis height
     double scaling_rtol = 1e-5;
     int steps = 200;    // counted steps of the scaling table
     int repeats = 7;    // of a timed run

@@ -1,5 +1,6 @@
 // Error against tolerance and work.
 
+#include "bench/figures/equal_error.hpp"
 #include "bench/figures/measure.hpp"
 #include "bench/figures/table.hpp"
 #include "bench/figures/tables.hpp"
@@ -109,6 +110,14 @@ void time_lines(const Problem& problem, const Options& options, std::vector<Line
     }
 }
 
+std::vector<WorkPoint> work_points(const std::vector<Line>& lines) {
+    std::vector<WorkPoint> points;
+    for (const Line& line : lines)
+        if (line.accuracy.ok())
+            points.push_back({line.settings.integrator, line.accuracy.error, line.timing.seconds_median()});
+    return points;
+}
+
 } // namespace
 
 void work_precision(const Options& options) {
@@ -121,7 +130,8 @@ void work_precision(const Options& options) {
                  "rate_steps",    "phi_samples",    "rate_samples",
                  "cpu",           "cpu_min",        "repeats",
                  "gear_over_ida"});
-    for (const Problem& problem : reference_problems(options.reference)) {
+    EqualErrorTable equal(options.integrators);
+    for (const Problem& problem : reference_problems(options.reference, options.data)) {
         if (!options.problems.empty() && std::find(options.problems.begin(), options.problems.end(),
                                                    problem.name) == options.problems.end())
             continue;
@@ -133,6 +143,8 @@ void work_precision(const Options& options) {
         for (const Line& line : lines)
             table.add(cells(problem, line, ratio_to_ida(lines, line)));
         table.write(options.out, "work_precision", title);
+        equal.add(problem.name, work_points(lines));
+        equal.write(options.out);
     }
 }
 
