@@ -91,6 +91,7 @@ void AutoIntegrator::use(const Choice& choice, const State& state) {
         if (on_step)
             on_step(step);
     };
+    active_->set_on_contact(on_contact_);
     window_ = {};
     uses_.push_back({state.t, active_->name(), choice.why});
     active_->start(state);

@@ -21,6 +21,9 @@ class AutoIntegrator final : public Integrator {
     StepOutcome advance(double t_stop) override;
     const State& state() const override { return active_->state(); }
     void interpolate(double t, State& out) const override { active_->interpolate(t, out); }
+    void set_on_contact(std::function<void(const ContactEvent&)> f) override {
+        on_contact_ = std::move(f);
+    }
     const Statistics& statistics() const override;
     Workspace& workspace() override { return active_->workspace(); }
     std::vector<IntegratorUse> uses() const override { return uses_; }
@@ -49,6 +52,7 @@ class AutoIntegrator final : public Integrator {
     int changes_ = 0;
     bool radau_barred_ = false; // its sweeps failed for good
     mutable Statistics statistics_;
+    std::function<void(const ContactEvent&)> on_contact_;
 };
 
 std::unique_ptr<Integrator> make_auto(const System& system, const IntegratorOptions& options);
