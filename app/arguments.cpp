@@ -22,7 +22,7 @@ struct Typed {
     ModelArguments model;
     std::vector<std::string> parameters, channels;
     std::map<std::string, std::string> options;
-    bool steps = false, quiet = false;
+    bool steps = false, contacts = false, quiet = false;
 };
 
 std::map<std::string, std::string> split_parameters(const std::vector<std::string>& assignments) {
@@ -69,8 +69,13 @@ void add_run_options(CLI::App& command, Typed& typed) {
     option("--threads", "N", "threads, 1; the results do not depend on them");
     option("--start", "WORD", "as-given: the pose of the model, assembled where it violates the constraints");
     option("--out", "DIR", "folder of the results, ./NAME by default; earlier results in it are replaced");
+    option("--onset", "WORD",
+           "a contact that is new in a step: threshold (it must start shallow), root (the step ends where it "
+           "starts) or ignored");
     command.add_flag("--steps", typed.steps,
                      "also write steps.csv: every attempted step, its order and outcome");
+    command.add_flag("--contacts", typed.contacts,
+                     "also write contacts.csv: every start and end of a contact, and rejected starts");
     command.add_flag("--quiet", typed.quiet, "print errors only");
 }
 
@@ -133,6 +138,8 @@ RunArguments run_arguments(const Typed& typed, ModelArguments model) {
             throw UsageError("--channels", "an empty name", "names with * and ?, divided by commas");
     run.channels = typed.channels;
     run.steps = typed.steps;
+    run.contacts = typed.contacts;
+    run.onset = onset_named(choice(typed, "--onset", {"threshold", "root", "ignored"}, {}));
     if (const auto out = typed.options.find("--out"); out != typed.options.end()) {
         if (out->second.empty())
             throw UsageError("--out", "an empty name", "a folder");

@@ -1,6 +1,8 @@
 // The command line in words: what the user asked for, checked as far as that goes without the model.
 #pragma once
 
+#include "solvers/integrator.hpp"
+
 #include <map>
 #include <optional>
 #include <string>
@@ -24,7 +26,9 @@ struct RunArguments {
     std::vector<std::string> channels;
     int threads = 1, max_order = 5;
     std::optional<std::string> out;
-    bool steps = false; // history of steps and orders
+    Onset onset = Onset::threshold;
+    bool steps = false;    // history of steps and orders
+    bool contacts = false; // history of contacts
     bool quiet = false;
     std::map<std::string, std::string> given; // options as typed, for the record
 };

@@ -37,14 +37,18 @@ void remove_earlier(const fs::path& file) {
 
 } // namespace
 
-ResultFiles::ResultFiles(const fs::path& folder, const Channels& channels, bool steps) : folder_(folder) {
+ResultFiles::ResultFiles(const fs::path& folder, const Channels& channels, bool steps, bool contacts)
+    : folder_(folder) {
     make_folder(folder);
-    for (const char* name : {"trajectory.csv", "trajectory.h5", "summary.json", "steps.csv"})
+    for (const char* name : {"trajectory.csv", "trajectory.h5", "summary.json", "steps.csv", "contacts.csv"})
         remove_earlier(folder / name);
     csv_.emplace(folder / "trajectory.csv", channels.names());
     hdf5_.emplace(folder / "trajectory.h5", channels.names(), channels.units());
     if (steps)
         steps_.emplace(folder / "steps.csv", std::vector<std::string>{"h", "order", "error", "outcome"});
+    if (contacts)
+        contacts_.emplace(folder / "contacts.csv",
+                          std::vector<std::string>{"depth", "speed", "event", "joint", "contact"});
 }
 
 void ResultFiles::append(double t, std::span<const double> values) {
@@ -58,7 +62,22 @@ void ResultFiles::append(const StepRecord& step) {
                        step_reason_name(step.reason));
 }
 
+void ResultFiles::append(const ContactEvent& event, const System& system) {
+    if (!contacts_)
+        return;
+    const ContactChannel& channel = system.contacts[event.channel];
+    const char* kind = event.kind == ContactEvent::Kind::start ? "start"
+                       : event.kind == ContactEvent::Kind::end ? "end"
+                                                               : "rejected";
+    const std::string place =
+        channel.number > 0 ? fmt::format("{} {}", channel.place, channel.number) : std::string(channel.place);
+    contacts_->append(event.t, std::array{event.depth, event.speed},
+                      fmt::format("{},{},{}", kind, system.joints[channel.joint].name, place));
+}
+
 void ResultFiles::flush() {
+    if (contacts_)
+        contacts_->flush();
     if (steps_)
         steps_->flush();
     csv_->flush();

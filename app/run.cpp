@@ -29,6 +29,7 @@ SimulationOptions simulation_options(const RunArguments& arguments) {
         arguments.step.value_or(options.integrator == "rk4" ? 1e-3 : options.integration.step);
     options.integration.max_order = arguments.max_order;
     options.integration.threads = arguments.threads;
+    options.integration.onset = arguments.onset;
     return options;
 }
 
@@ -161,10 +162,25 @@ int run(const RunArguments& arguments, const Console& console) {
     const InterruptGuard interrupt;
     const LoadedModel loaded = load_model(arguments.model);
     const OutputGrid grid = output_grid(arguments, loaded.model);
-    const SimulationOptions options = simulation_options(arguments);
+    SimulationOptions options = simulation_options(arguments);
+    std::vector<ContactEvent> at_start; // before there are files
+    ResultFiles* log = nullptr;
+    const System* system = nullptr;
+    if (arguments.contacts)
+        options.on_contact = [&](const ContactEvent& event) {
+            if (log)
+                log->append(event, *system);
+            else
+                at_start.push_back(event);
+        };
     Simulation sim(loaded.model, options);
     const Channels channels = choose_channels(sim.system(), arguments.channels);
-    ResultFiles files(arguments.out.value_or(loaded.model.name), channels, arguments.steps);
+    ResultFiles files(arguments.out.value_or(loaded.model.name), channels, arguments.steps,
+                      arguments.contacts);
+    system = &sim.system();
+    log = &files;
+    for (const ContactEvent& event : at_start)
+        files.append(event, *system);
     if (arguments.steps)
         sim.integrator().on_step = [&files](const StepRecord& step) { files.append(step); };
     begin_hdf5(files.hdf5(), loaded, options, sim);

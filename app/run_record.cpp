@@ -61,6 +61,7 @@ ordered_json settings(const RunArguments& given, const SimulationOptions& used, 
                      {"end", grid.end()},
                      {"every", grid.every()},
                      {"threads", o.threads},
+                     {"onset", onset_name(o.onset)},
                      {"start", given.start}};
     return {{"given", typed}, {"used", out}};
 }
@@ -70,6 +71,7 @@ void add_counts(ordered_json& out, const Statistics& s) {
     out["rejected_error"] = s.rejected_error;
     out["rejected_newton"] = s.rejected_newton;
     out["rejected_contact"] = s.rejected_contact;
+    out["deep_starts"] = s.deep_starts;
     out["newton_sweeps"] = s.newton_sweeps;
     out["constraint_polish"] = s.constraint_polish;
     out["evaluations"] = s.evaluations;
@@ -82,6 +84,22 @@ void add_counts(ordered_json& out, const Statistics& s) {
     out["nnz_factors"] = s.nnz_factors;
     out["constraint_position_max"] = s.constraint_position_max;
     out["constraint_velocity_max"] = s.constraint_velocity_max;
+}
+
+ordered_json contacts_json(const Simulation& sim, double reached) {
+    const System& system = sim.system();
+    const State state = sim.state();
+    ordered_json out = ordered_json::object();
+    for (std::size_t i = 0; i < system.contact_joints.size(); ++i) {
+        const ContactHistory& h = state.history[i];
+        out[system.joints[system.contact_joints[i]].name] = {
+            {"impacts", h.impacts},
+            {"deepest", h.deepest},
+            {"peak_force", h.peak_force},
+            {"share", reached > 0 ? h.touching / reached : 0.0},
+            {"energy_lost", state.work[2 + static_cast<Eigen::Index>(i)]}};
+    }
+    return out;
 }
 
 // Which method ran from when on, and why it was chosen.
@@ -143,7 +161,7 @@ ordered_json summary(const RunArguments& arguments, const SimulationOptions& use
     out["cpu_seconds"] = record.cpu_seconds;
     out["cpu_seconds_by_phase"] = phases(statistics.seconds, record);
     out["wall_seconds"] = record.wall_seconds;
-    out["contacts"] = ordered_json::object();
+    out["contacts"] = contacts_json(sim, record.reached);
     return out;
 }
 
@@ -189,6 +207,16 @@ std::string run_report(const LoadedModel& loaded, const Simulation& sim, const R
         s.steps, s.rejected_error, s.rejected_newton, s.rejected_contact,
         static_cast<double>(s.newton_sweeps) / static_cast<double>(std::max(s.steps, 1L)),
         static_cast<double>(s.constraint_polish) / static_cast<double>(std::max(s.steps, 1L)));
+    long impacts = 0;
+    for (const ContactHistory& h : sim.state().history)
+        impacts += h.impacts;
+    if (!sim.system().contact_joints.empty())
+        text +=
+            fmt::format("  {} starts of contact in {} joints\n", impacts, sim.system().contact_joints.size());
+    if (s.deep_starts > 0)
+        text += fmt::format("  {} of them deeper than the threshold, where forces are too large: take a smaller "
+                            "--step, or an integrator with error control\n",
+                            s.deep_starts);
     text += fmt::format(
         "  constraints violated by at most {:.2g} m and {:.2g} m/s; energy balance within {:.2g} J\n",
         s.constraint_position_max, s.constraint_velocity_max, record.balance_max);

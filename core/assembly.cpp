@@ -210,6 +210,32 @@ void sample_contacts(const System& system, double t, Workspace& ws) {
             batch->sample_contacts(e, ws.samples);
 }
 
+std::vector<JointContact> joint_contacts(const System& system, const Workspace& ws) {
+    const std::size_t n = system.contact_joints.size();
+    std::vector<JointContact> out(n);
+    std::vector<Vec3> normal(n, Vec3::Zero()), friction(n, Vec3::Zero());
+    for (std::size_t c = 0; c < system.contacts.size(); ++c) {
+        const ContactSample& sample = ws.samples[c];
+        const int joint = system.joints[system.contacts[c].joint].contact;
+        normal[joint] += sample.normal_force;
+        friction[joint] += sample.friction_force;
+        if (!(sample.depth > 0))
+            continue;
+        JointContact& contact = out[joint];
+        contact.penetration = std::max(contact.penetration, sample.depth);
+        contact.touching += sample.force > 0;
+        if (sample.normal_force.isZero())
+            contact.normal_force = std::max(contact.normal_force, sample.force);
+        if (sample.friction_force.isZero())
+            contact.friction_force = std::max(contact.friction_force, sample.friction);
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+        out[i].normal_force = std::max(out[i].normal_force, normal[i].norm());
+        out[i].friction_force = std::max(out[i].friction_force, friction[i].norm());
+    }
+    return out;
+}
+
 void powers(const System& system, double t, const double* lambda, Workspace& ws, VecX& out) {
     const Energies sum = energies(system, t, lambda, ws);
     out.setZero();

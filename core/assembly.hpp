@@ -54,6 +54,17 @@ void powers(const System& system, double t, const double* lambda, Workspace& ws,
 /// ws.samples: all contacts at ws.motion.
 void sample_contacts(const System& system, double t, Workspace& ws);
 
+/// What touches in a joint.
+struct JointContact {
+    double penetration = 0;    // m or rad, the deepest now
+    double normal_force = 0;   // N (N m where only rotations touch), of the resultant
+    double friction_force = 0; // likewise
+    int touching = 0;          // contacts that touch now
+};
+
+/// ws.samples gathered by joint, in the order of System::contact_joints.
+std::vector<JointContact> joint_contacts(const System& system, const Workspace& ws);
+
 /// z' = source - decay z of the friction states at ws.motion.
 void state_terms(const System& system, double t, Workspace& ws, VecX& source, VecX& decay);
 

@@ -49,6 +49,11 @@ constexpr std::array<Column, 12> wrench_columns{{{"fx", "N"},
                                                  {"mjx", "N m"},
                                                  {"mjy", "N m"},
                                                  {"mjz", "N m"}}};
+constexpr std::array<Column, 5> contact_columns{{{"penetration", "m"},
+                                                 {"normal_force", "N"},
+                                                 {"friction_force", "N"},
+                                                 {"strips", "1"},
+                                                 {"dissipated", "J"}}};
 constexpr std::array<Column, 6> marker_columns{
     {{"x", "m"}, {"y", "m"}, {"z", "m"}, {"vx", "m/s"}, {"vy", "m/s"}, {"vz", "m/s"}}};
 constexpr std::array<Column, 6> energy_columns{{{"kinetic", "J"},
@@ -126,6 +131,13 @@ double wrench_value(const Sample& s, const JointRecord& joint, const Wrench& w, 
     return (s.motion[joint.a.body].A * joint.a.axes.col(k % 3)).dot(v);
 }
 
+double contact_value(const Sample& s, int contact, int k) {
+    const JointContact& c = s.contacts[contact];
+    const std::array<double, 5> all{c.penetration, c.normal_force, c.friction_force, double(c.touching),
+                                    s.state.work[2 + contact]};
+    return all[k];
+}
+
 double marker_value(const Sample& s, const MarkerRecord& marker, int k) {
     const BodyMotion& m = s.motion[marker.body];
     return k < 3 ? point_position(m, marker.point)[k] : point_velocity(m, marker.point)[k - 3];
@@ -164,7 +176,7 @@ std::size_t Channels::count_all(const System& system) {
     std::size_t count = body_columns.size() * system.moving + energy_columns.size() +
                         marker_columns.size() * system.markers.size();
     for (const JointRecord& j : system.joints)
-        count += j.coordinates.size() + wrench_columns.size();
+        count += j.coordinates.size() + wrench_columns.size() + (j.contact >= 0 ? contact_columns.size() : 0);
     return count;
 }
 
@@ -183,6 +195,8 @@ Channels::Channels(const System& system, const std::vector<std::string>& globs) 
             add(globs, used, fmt::format("{}.{}", joint.name, joint.coordinates[k].name),
                 unit_of(joint.coordinates[k].kind), {Source::Kind::joint_coordinate, j, static_cast<int>(k)});
         add_all(wrench_columns, joint.name, Source::Kind::joint_wrench, j);
+        if (joint.contact >= 0)
+            add_all(contact_columns, joint.name, Source::Kind::contact, joint.contact);
     }
     for (int m = 0; m < static_cast<int>(system.markers.size()); ++m)
         add_all(marker_columns, system.markers[m].name, Source::Kind::marker, m);
@@ -223,6 +237,9 @@ void Channels::read(const Sample& sample, std::span<double> values) const {
         }
         case Source::Kind::joint_wrench:
             values[i] = wrench_value(sample, system_->joints[index], sample.joint[index], component);
+            break;
+        case Source::Kind::contact:
+            values[i] = contact_value(sample, index, component);
             break;
         case Source::Kind::marker:
             values[i] = marker_value(sample, system_->markers[index], component);

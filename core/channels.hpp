@@ -2,7 +2,8 @@
 //
 // <body>.x .y .z .e0 .. .e3 .vx .vy .vz .wx .wy .wz .ax .ay .az .alx .aly .alz (angular acceleration, body
 // frame); <joint>.<coordinate>, .fx .. .mz (a on b at b's point, global axes), .fjx .. .mjz (joint frame
-// of a); <marker>.x .y .z .vx .vy .vz; energy.kinetic .potential .elastic .dissipated .input .balance.
+// of a); where something can touch: <joint>.penetration .normal_force .friction_force .strips .dissipated;
+// <marker>.x .y .z .vx .vy .vz; energy.kinetic .potential .elastic .dissipated .input .balance.
 #pragma once
 
 #include "core/sample.hpp"
@@ -31,7 +32,7 @@ class Channels {
 
   private:
     struct Source {
-        enum class Kind { body, joint_coordinate, joint_wrench, marker, energy } kind;
+        enum class Kind { body, joint_coordinate, joint_wrench, contact, marker, energy } kind;
         int index;     // body, joint, marker
         int component; // within the kind's fixed list
     };

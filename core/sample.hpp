@@ -11,7 +11,8 @@ struct Sample {
     VecX acceleration; // u', 6 per moving body
     /// Per joint: force of a on b and moment at b's joint point, both in global axes.
     std::vector<Wrench> joint;
-    std::vector<BodyMotion> motion; // all bodies, the last is ground
+    std::vector<JointContact> contacts; // of System::contact_joints
+    std::vector<BodyMotion> motion;     // all bodies, the last is ground
     Energies energies;
     double balance = 0; // J, mechanical + dissipated - input - its value at the start
 };

@@ -21,9 +21,7 @@ class AutoIntegrator final : public Integrator {
     StepOutcome advance(double t_stop) override;
     const State& state() const override { return active_->state(); }
     void interpolate(double t, State& out) const override { active_->interpolate(t, out); }
-    void set_on_contact(std::function<void(const ContactEvent&)> f) override {
-        on_contact_ = std::move(f);
-    }
+    void set_on_contact(std::function<void(const ContactEvent&)> f) override { on_contact_ = std::move(f); }
     const Statistics& statistics() const override;
     Workspace& workspace() override { return active_->workspace(); }
     std::vector<IntegratorUse> uses() const override { return uses_; }

@@ -154,6 +154,7 @@ ContactWatch::Verdict ContactWatch::judge(double t0, double t1, Workspace& ws, c
 }
 
 void ContactWatch::begin_contact(const Crossing& start, const ContactSample& sample, State& state) {
+    changed_ = true;
     state.contacts.start_speed[start.channel] = start.speed;
     state.contacts.start_time[start.channel] = start.t;
     const ContactChannel& channel = system_.contacts[start.channel];
@@ -170,6 +171,7 @@ void ContactWatch::begin_contact(const Crossing& start, const ContactSample& sam
 void ContactWatch::commit(double t0, double t1, State& state, Workspace& ws) {
     suggested_ = infinity;
     before_speed_ = state.contacts.start_speed;
+    changed_ = false;
     if (idle())
         return;
     for (const Crossing& start : std::exchange(starts_, {}))
@@ -178,6 +180,7 @@ void ContactWatch::commit(double t0, double t1, State& state, Workspace& ws) {
         const ContactSample& sample = ws.samples[c];
         if (sample.depth <= 0 && touching(state.contacts, c)) {
             state.contacts.start_speed[c] = -1;
+            changed_ = true;
             if (on_contact) {
                 const double h = t1 - t0; // last passage through zero, by the cubic through both ends
                 double low = 0, high = 1;

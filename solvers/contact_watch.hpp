@@ -44,6 +44,9 @@ class ContactWatch {
     /// What contacts remember inside the last accepted step: those that ended in it still do.
     void memory_inside(ContactMemory& out) const;
 
+    /// Something began or ended in the last committed step: forces are others than before.
+    bool changed() const { return changed_; }
+
     /// Step that follows the contacts begun in the last committed step, s; infinite if there were none.
     double suggested_step() const { return suggested_; }
 
@@ -68,6 +71,7 @@ class ContactWatch {
     std::vector<Crossing> starts_;
     std::vector<ContactSample> before_; // samples at the last accepted step
     VecX before_speed_;                 // ContactMemory::start_speed before the last commit
+    bool changed_ = false;
     double suggested_ = 0;
 };
 

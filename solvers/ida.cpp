@@ -1,5 +1,6 @@
 #include "solvers/ida.hpp"
 
+#include "solvers/contact_watch.hpp"
 #include "solvers/ida_diagnosis.hpp"
 #include "solvers/ida_equations.hpp"
 #include "solvers/ida_linear_solver.hpp"
@@ -66,6 +67,9 @@ class Ida final : public Integrator {
     const State& state() const override { return state_; }
     const Statistics& statistics() const override { return statistics_; }
     Workspace& workspace() override { return equations_.workspace(); }
+    void set_on_contact(std::function<void(const ContactEvent&)> f) override {
+        watch_.on_contact = std::move(f);
+    }
     void start(const State& state) override;
     StepOutcome advance(double t_stop) override;
     void interpolate(double t, State& out) const override;
@@ -95,6 +99,8 @@ class Ida final : public Integrator {
     void collect_counters();
     void accept(double t, double t_before);
     bool crawls();
+    void motion_in_step(double t, int body, BodyMotion& out) const;
+    bool cut_at_contact(double t_before, double& t);
     void integrate_powers(double h);
     void powers_at(double t, VecX& out);
     StepOutcome failure(int flag);
@@ -104,6 +110,9 @@ class Ida final : public Integrator {
     const IntegratorOptions options_;
     IdaEquations equations_;
     Index1Equations accelerations_;
+    ContactWatch watch_;
+    const ContactWatch::MotionAt motion_at_;
+    bool restart_ = false;   // the last step was cut where a contact begins
     IdaLinearRecord linear_; // before the handles: their solver writes into it
     Handles sun_;
     State state_;
@@ -122,6 +131,8 @@ class Ida final : public Integrator {
 
 Ida::Ida(const System& system, const IntegratorOptions& options)
     : system_(system), options_(options), equations_(system, options.threads), accelerations_(system),
+      watch_(system, options),
+      motion_at_([this](double t, int body, BodyMotion& out) { motion_in_step(t, body, out); }),
       state_(initial_state(system)), acceleration_(VecX::Zero(system.velocities())) {
     if (!(options.rtol >= 0) || !(options.atol > 0) || !(options.step >= 0))
         throw std::invalid_argument(
@@ -172,7 +183,9 @@ void Ida::start(const State& state) {
     message_.clear();
     if (system_.moving == 0)
         return;
+    restart_ = false;
     set_motion(system_, state.q, state.u, ws);
+    watch_.begin(state_, ws);
     const FactorStatus status = accelerations_.solve(state.t, ws, nullptr, acceleration_, state_.lambda);
     if (!status.ok()) {
         const bool singular = status.kind == FactorStatus::Kind::singular;
@@ -297,6 +310,11 @@ StepOutcome Ida::advance(double t_stop) {
     if (statistics_.steps >= options_.max_steps)
         return {false, StepReason::none,
                 fmt::format("t = {} s: {} steps were allowed", state_.t, options_.max_steps)};
+    if (restart_) {
+        start(State(state_));
+        if (!started_.ok)
+            return started_;
+    }
     const PhaseTimes before = statistics_.seconds;
     const double inner = linear_.factor_seconds + linear_.solve_seconds;
     const double t_before = state_.t;
@@ -316,6 +334,7 @@ StepOutcome Ida::advance(double t_stop) {
     collect_counters();
     if (flag < 0)
         return started_ = failure(flag);
+    restart_ = cut_at_contact(t_before, t);
     accept(t, t_before);
     return crawls() ? started_ = failure(IDA_TOO_MUCH_ACC) : StepOutcome{};
 }
@@ -372,6 +391,38 @@ void Ida::accept(double t, double t_before) {
     }
     update_angles(system_, t, ws, ws.angles);
     state_.angles = ws.angles;
+    watch_.commit(t_before, t, state_, ws);
+}
+
+// IDA cannot take a step back: where a contact began too deep, the step ends shallow in that contact, at a
+// state of its interpolant, and IDA starts anew from there.
+bool Ida::cut_at_contact(double t_before, double& t) {
+    if (watch_.idle())
+        return false;
+    bool cut = false;
+    for (int i = 0; i < 20; ++i) {
+        equations_.set(data(sun_.y));
+        const ContactWatch::Verdict verdict = watch_.judge(t_before, t, equations_.workspace(), motion_at_);
+        if (verdict.ok)
+            break;
+        ++statistics_.rejected_contact;
+        cut = true;
+        t = verdict.end;
+        IDAGetDky(sun_.ida, t, 0, sun_.y);
+    }
+    return cut;
+}
+
+void Ida::motion_in_step(double t, int body, BodyMotion& out) const {
+    IDAGetDky(sun_.ida, t, 0, sun_.scratch);
+    const double* y = data(sun_.scratch);
+    const Eigen::Map<const Eigen::Matrix<double, 7, 1>> q(y + 7 * std::ptrdiff_t(body));
+    const Eigen::Map<const Vec6> u(y + equations_.u0() + 6 * std::ptrdiff_t(body));
+    out.r = q.head<3>();
+    out.p = q.tail<4>().normalized();
+    out.A = rotation(out.p);
+    out.v = u.head<3>();
+    out.w = u.tail<3>();
 }
 
 void Ida::integrate_powers(double h) {
@@ -406,6 +457,7 @@ void Ida::interpolate(double t, State& out) const {
     const double share = (t - t_begin_) / h;
     out.t = t;
     out.work = energies_.at(share);
+    watch_.memory_inside(out.contacts);
 }
 
 StepOutcome Ida::failure(int flag) {

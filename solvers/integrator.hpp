@@ -14,6 +14,9 @@ namespace gudgeon {
 /// What a step does with a contact that is new in it (contact_watch.hpp): keep it if it starts shallow,
 /// end the step where it starts, or take it as it comes.
 enum class Onset { threshold, root, ignored };
+const char* onset_name(Onset onset);
+/// Throws std::invalid_argument for an unknown word.
+Onset onset_named(const std::string& word);
 
 struct IntegratorOptions {
     double rtol = 1e-6; // error of a step relative to each coordinate and velocity ...
@@ -38,6 +41,7 @@ struct PhaseTimes {
 struct Statistics {
     long steps = 0;
     long rejected_error = 0, rejected_newton = 0, rejected_contact = 0;
+    long deep_starts = 0;       // contacts that began too deep and were taken all the same (rk4)
     long newton_sweeps = 0;     // evaluations of the whole residual followed by a solve
     long constraint_polish = 0; // extra solves that only close the constraints
     long evaluations = 0;       // of the forces

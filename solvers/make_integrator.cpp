@@ -30,7 +30,7 @@ const std::vector<std::pair<std::string, Maker>>& makers() {
 Statistics& Statistics::operator+=(const Statistics& o) {
     for (auto count :
          {&Statistics::steps, &Statistics::rejected_error, &Statistics::rejected_newton,
-          &Statistics::rejected_contact, &Statistics::newton_sweeps, &Statistics::constraint_polish,
+          &Statistics::rejected_contact, &Statistics::deep_starts, &Statistics::newton_sweeps, &Statistics::constraint_polish,
           &Statistics::evaluations, &Statistics::factorisations, &Statistics::refactorisations})
         this->*count += o.*count;
     nnz_matrix = std::max(nnz_matrix, o.nnz_matrix);
@@ -67,6 +67,17 @@ const char* step_reason_name(StepReason reason) {
         return "constraints";
     }
     return "";
+}
+
+const char* onset_name(Onset onset) {
+    return onset == Onset::threshold ? "threshold" : onset == Onset::root ? "root" : "ignored";
+}
+
+Onset onset_named(const std::string& word) {
+    for (const Onset onset : {Onset::threshold, Onset::root, Onset::ignored})
+        if (word == onset_name(onset))
+            return onset;
+    throw std::invalid_argument(fmt::format("unknown onset '{}'; allowed: threshold, root, ignored", word));
 }
 
 const std::vector<std::string>& integrator_names() {

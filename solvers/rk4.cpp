@@ -1,5 +1,6 @@
 #include "solvers/rk4.hpp"
 
+#include "solvers/contact_watch.hpp"
 #include "solvers/index1_equations.hpp"
 #include "solvers/phase_timer.hpp"
 
@@ -39,6 +40,14 @@ class Rk4 final : public Integrator {
     Rk4(const System& system, const IntegratorOptions& options)
         : system_(system), step_(options.step == 0 ? default_step : options.step),
           max_steps_(options.max_steps), equations_(system), ws_(make_workspace(system, options.threads)),
+          watch_(system, options), motion_at_([this](double t, int body, BodyMotion& out) {
+              interpolate(t, inside_);
+              out.r = inside_.q.segment<3>(7 * body);
+              out.p = inside_.q.segment<4>(7 * body + 3);
+              out.A = rotation(out.p);
+              out.v = inside_.u.segment<3>(6 * body);
+              out.w = inside_.u.segment<3>(6 * body + 3);
+          }),
           driven_(std::any_of(system.model.joints.begin(), system.model.joints.end(),
                               [](const Joint& joint) { return !joint.drives.empty(); })) {
         if (!(step_ > 0) || !std::isfinite(step_))
@@ -69,9 +78,14 @@ class Rk4 final : public Integrator {
         return statistics_;
     }
 
+    void set_on_contact(std::function<void(const ContactEvent&)> f) override {
+        watch_.on_contact = std::move(f);
+    }
     void start(const State& state) override {
         now_.state = state;
         ws_.angles = state.angles;
+        set_motion(system_, state.q, state.u, ws_);
+        watch_.begin(now_.state, ws_);
         started_ = finish_point(now_);
         before_ = now_;
     }
@@ -82,6 +96,7 @@ class Rk4 final : public Integrator {
   private:
     StepOutcome take_step(double h, double t_end);
     StepOutcome finish_point(Point& point);
+    StepOutcome follow_contacts();
     StepOutcome evaluate_stage(double t);
     StepOutcome failure(double t, const FactorStatus& status) const;
     StepOutcome check_finite(const State& state) const;
@@ -93,6 +108,9 @@ class Rk4 final : public Integrator {
     const long max_steps_;
     Index1Equations equations_;
     Workspace ws_;
+    ContactWatch watch_;
+    const ContactWatch::MotionAt motion_at_;
+    State inside_; // of the last step, for the watch
     const bool driven_;
     Point before_, now_, next_; // begin and end of the last step; the step being taken
     State stage_;
@@ -126,7 +144,7 @@ StepOutcome Rk4::advance(double t_stop) {
     }
     std::swap(before_, now_);
     std::swap(now_, next_);
-    return outcome;
+    return watch_.idle() ? outcome : follow_contacts();
 }
 
 void Rk4::record(const StepOutcome& outcome, double h, double t_end) {
@@ -138,6 +156,17 @@ void Rk4::record(const StepOutcome& outcome, double h, double t_end) {
     }
     if (on_step)
         on_step({t_end, h, 4, outcome.reason, 0});
+}
+
+// A fixed step cannot be rejected: contacts that begin too deep are counted.
+StepOutcome Rk4::follow_contacts() {
+    State& s = now_.state;
+    const bool shallow = watch_.judge(before_.state.t, s.t, ws_, motion_at_).ok;
+    statistics_.deep_starts += !shallow;
+    s.contacts = before_.state.contacts;
+    s.history = before_.state.history;
+    watch_.commit(before_.state.t, s.t, s, ws_);
+    return watch_.changed() ? finish_point(now_) : StepOutcome{};
 }
 
 // One step from now_ to the coordinates and energies of next_.
@@ -266,6 +295,8 @@ void Rk4::interpolate(double t, State& out) const {
     }
     out.u = a.u + c * (b.u - a.u) + h * (c0 * before_.acceleration + c1 * now_.acceleration);
     out.lambda = a.lambda + s * (b.lambda - a.lambda);
+    out.contacts = b.contacts;
+    watch_.memory_inside(out.contacts);
     out.work = a.work + c * (b.work - a.work) + h * (c0 * before_.powers + c1 * now_.powers);
 }
 

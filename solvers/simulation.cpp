@@ -38,6 +38,7 @@ struct Simulation::Impl {
           ws(make_workspace(system)) {
         assemble();
         integrator = make_integrator(options.integrator, system, options.integration);
+        integrator->set_on_contact(options.on_contact);
         integrator->start(start);
         now = integrator->state();
         make_sample(now);
@@ -81,6 +82,8 @@ struct Simulation::Impl {
         sample.motion = ws.motion;
         sample.energies = energies(system, s.t, s.lambda.data(), ws);
         sample.balance = sample.energies.mechanical() + s.dissipated() - s.input() - balance_start;
+        sample_contacts(system, s.t, ws);
+        sample.contacts = joint_contacts(system, ws);
         joint_wrenches();
     }
 

@@ -11,6 +11,7 @@
 #include "solvers/initial.hpp"
 #include "solvers/integrator.hpp"
 
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -22,6 +23,7 @@ struct SimulationOptions {
     std::string integrator = "gear";
     IntegratorOptions integration;
     std::vector<UserForce> user_forces;
+    std::function<void(const ContactEvent&)> on_contact; // starts, ends and rejected starts of contacts
 };
 
 /// The mechanism cannot be assembled or its constraints repeat each other; what() names the joints.
