@@ -18,7 +18,7 @@ namespace gudgeon {
 /// One measure of relative_motion.hpp, so that a kernel is written once.
 struct DisplacementMeasure {
     Vec3 sa = Vec3::Zero(), sb = Vec3::Zero(), axis = Vec3::UnitX(); // body frames; axis in a
-    static constexpr CouplingMask coupling = displacement::coupling;
+    static constexpr CouplingMask coupling = couple_all; // B^T B reaches blocks that B^T g does not
     double value(const Evaluation&, const BodyMotion& a, const BodyMotion& b) const {
         return displacement::value(a, b, sa, sb, axis);
     }

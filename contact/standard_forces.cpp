@@ -1,6 +1,7 @@
 #include "contact/standard_forces.hpp"
 
 #include "contact/bushing.hpp"
+#include "contact/friction_batch.hpp"
 #include "contact/limits.hpp"
 #include "contact/point_batches.hpp"
 #include "contact/strip_batch.hpp"
@@ -19,6 +20,8 @@ std::vector<ForceBatchBuilder> standard_force_builders() {
     builders.push_back(displacement_limit_builder());
     builders.push_back(angle_limit_builder());
     builders.push_back(cosine_limit_builder());
+    builders.push_back(displacement_friction_builder());
+    builders.push_back(angle_friction_builder());
     return builders;
 }
 

@@ -127,6 +127,17 @@ void SaddleMatrix::assemble_scalars(const System& system, const Workspace& ws, S
                 v[row] = c[3 * col + row] + s * k[3 * col + row];
         }
     }
+    for (const Linearisation::StateCoupling& state : ws.lin.states) {
+        const Scalar factor = 1.0 / (a + state.decay);
+        const PairBlocks& pair = ws.lin.pairs[state.pair];
+        for (int i = 0; i < 4; ++i)
+            for (int j = 0; j < 4; ++j)
+                for (int col = 0; pair.id[i][j] >= 0 && col < 3; ++col) {
+                    Scalar* v = values.data() + block_slot_[3 * std::size_t(pair.id[i][j]) + col];
+                    for (int row = 0; row < 3; ++row)
+                        v[row] += factor * state.blocks.block[i][j](row, col);
+                }
+    }
     for (int i = 0; i < system.moving; ++i) {
         const bool full = system.layout.active[4 * std::size_t(i)];
         for (int k = 0; k < 3; ++k) {

@@ -45,11 +45,12 @@ void integration_weights(std::span<const double> times, double from, double to, 
         }
 }
 
-void BdfHistory::reserve(Eigen::Index q_size, Eigen::Index u_size, Eigen::Index rows) {
+void BdfHistory::reserve(Eigen::Index q_size, Eigen::Index u_size, Eigen::Index rows, Eigen::Index states) {
     for (Slot& s : slots_) {
         s.q = VecX::Zero(q_size);
         s.u = VecX::Zero(u_size);
         s.lambda = VecX::Zero(rows);
+        s.z = VecX::Zero(states);
     }
 }
 
@@ -112,6 +113,13 @@ void BdfHistory::combine(int n, const double* w, VecX& q, VecX& u) const {
     for (int i = 0; i < n; ++i)
         in[i] = slot(i).u.data();
     combine_vectors(n, w, in, u);
+}
+
+void BdfHistory::combine_z(int n, const double* w, VecX& z) const {
+    std::array<const double*, capacity> in{};
+    for (int i = 0; i < n; ++i)
+        in[i] = slot(i).z.data();
+    combine_vectors(n, w, in, z);
 }
 
 void BdfHistory::combine_lambda(int n, const double* w, VecX& lambda) const {

@@ -18,12 +18,13 @@ double bdf_weights(std::span<const double> past, double t, double* a);
 /// Integral over [from, to] of the polynomial through `times`: sum w_i y_i.
 void integration_weights(std::span<const double> times, double from, double to, double* w);
 
-/// Ring of the newest points (t, q, u, lambda); point 0 is the newest. No allocation after reserve().
+/// Ring of the newest points (t, q, u, lambda, friction states z); point 0 is the newest. No allocation after
+/// reserve().
 class BdfHistory {
   public:
     static constexpr int capacity = 8;
 
-    void reserve(Eigen::Index q_size, Eigen::Index u_size, Eigen::Index rows);
+    void reserve(Eigen::Index q_size, Eigen::Index u_size, Eigen::Index rows, Eigen::Index states = 0);
     void clear() { points_ = 0; }
 
     int points() const { return points_; }
@@ -37,6 +38,8 @@ class BdfHistory {
     const VecX& next_q() const { return slots_[(head_ + 1) % capacity].q; }
     const VecX& next_u() const { return slots_[(head_ + 1) % capacity].u; }
     const VecX& next_lambda() const { return slots_[(head_ + 1) % capacity].lambda; }
+    const VecX& next_z() const { return slots_[(head_ + 1) % capacity].z; }
+    VecX& next_z() { return slots_[(head_ + 1) % capacity].z; }
     VecX& next_q() { return slots_[(head_ + 1) % capacity].q; }
     VecX& next_u() { return slots_[(head_ + 1) % capacity].u; }
     VecX& next_lambda() { return slots_[(head_ + 1) % capacity].lambda; }
@@ -45,11 +48,12 @@ class BdfHistory {
     /// q = sum w_i q_i, u = sum w_i u_i over the newest n points.
     void combine(int n, const double* w, VecX& q, VecX& u) const;
     void combine_lambda(int n, const double* w, VecX& lambda) const;
+    void combine_z(int n, const double* w, VecX& z) const;
 
   private:
     struct Slot {
         double t = 0;
-        VecX q, u, lambda;
+        VecX q, u, lambda, z;
     };
     const Slot& slot(int i) const { return slots_[(head_ - i + 2 * capacity) % capacity]; }
 

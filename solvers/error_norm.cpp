@@ -18,13 +18,16 @@ ErrorNorm::Value root(ErrorNorm::Value worst) {
 
 ErrorNorm::ErrorNorm(const System& system, double rtol, double atol)
     : moving_(system.moving), rtol_(rtol), atol_(atol), q_weight_(VecX::Ones(system.positions())),
-      u_weight_(VecX::Ones(system.velocities())) {}
+      u_weight_(VecX::Ones(system.velocities())), z_weight_(VecX::Ones(system.friction_states())),
+      z_scale_(system.state_scales) {}
 
-void ErrorNorm::set_scale(const VecX& q, const VecX& u) {
+void ErrorNorm::set_scale(const VecX& q, const VecX& u, const VecX& z) {
     for (Eigen::Index j = 0; j < q.size(); ++j)
         q_weight_[j] = 1 / (rtol_ * std::abs(q[j]) + atol_);
     for (Eigen::Index j = 0; j < u.size(); ++j)
         u_weight_[j] = 1 / (rtol_ * std::abs(u[j]) + atol_);
+    for (Eigen::Index j = 0; j < z.size(); ++j)
+        z_weight_[j] = 1 / (rtol_ * std::abs(z[j]) + atol_ * z_scale_[j]);
 }
 
 ErrorNorm::Value ErrorNorm::difference(const VecX& q, const VecX& q2, const VecX& u, const VecX& u2,
@@ -61,6 +64,15 @@ ErrorNorm::Value ErrorNorm::rates(const VecX& q, const VecX& u) const {
         const double sum = q.segment<7>(7 * i).cwiseProduct(q_weight_.segment<7>(7 * i)).squaredNorm() +
                            u.segment<6>(6 * i).cwiseProduct(u_weight_.segment<6>(6 * i)).squaredNorm();
         keep_worst(worst, sum, i);
+    }
+    return root(worst);
+}
+
+ErrorNorm::Value ErrorNorm::states(const VecX& dz) const {
+    Value worst;
+    for (Eigen::Index j = 0; j < dz.size(); ++j) {
+        const double x = dz[j] * z_weight_[j];
+        keep_worst(worst, x * x, -1);
     }
     return root(worst);
 }

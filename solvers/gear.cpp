@@ -26,7 +26,8 @@ Gear::Gear(const System& system, const IntegratorOptions& options) : ImplicitInt
     options_.max_order = std::clamp(options_.max_order, 1, 5);
     for (const Joint& joint : system.model.joints)
         driven_ = driven_ || !joint.drives.empty();
-    history_.reserve(nq, n, system.row_count());
+    history_.reserve(nq, n, system.row_count(), system.friction_states());
+    z_predicted_ = beta_z_ = z_change_ = VecX::Zero(system.friction_states());
     for (VecX* x : {&q_predicted_, &beta_q_})
         *x = VecX::Zero(nq);
     for (VecX* x : {&u_predicted_, &beta_u_, &drift_, &momentum_, &step_})
@@ -38,16 +39,22 @@ void Gear::start(const State& state) {
     VecX q_rate, u_rate;
     begin(state, u_rate);
     coordinate_rates(state_.q, state_.u, q_rate);
+    set_motion(system_, state_.q, state_.u, ws_);
+    find_state_rates(state_.t);
     h_ = first_step(q_rate, u_rate);
     // a second point along the slope makes the first predictor Euler's
     history_.clear();
     history_.next_q() = state_.q - h_ * q_rate;
     history_.next_u() = state_.u - h_ * u_rate;
+    history_.next_z() = state_.z - h_ * z_rate_;
     history_.push(state_.t - h_);
     history_.next_q() = state_.q;
     history_.next_u() = state_.u;
+    history_.next_z() = state_.z;
     history_.next_lambda() = state_.lambda;
     history_.push(state_.t);
+    ws_.z = state_.z;
+    set_motion(system_, state_.q, state_.u, ws_);
     order_ = 1;
     real_points_ = 1;
     steps_at_order_ = 0;
@@ -65,18 +72,24 @@ void Gear::start(const State& state) {
 
 // Step for which the first-order error, 1/2 h^2 |y''|, is a quarter of the limit; y'' by a trial difference.
 double Gear::first_step(const VecX& q_rate, const VecX& u_rate) {
-    const double slope = norm_.rates(q_rate, u_rate).norm;
+    const VecX z_slope = z_rate_;
+    const double slope = std::max(norm_.rates(q_rate, u_rate).norm, norm_.states(z_slope).norm);
     const double size = norm_.rates(state_.q, state_.u).norm;
     const double trial = slope > 0 ? std::min(0.01 * size / slope, 1e-4) : 1e-4;
     VecX q = state_.q + trial * q_rate, u = state_.u + trial * u_rate, rate, lambda;
     double h = 100 * trial;
+    ws_.z = state_.z + trial * z_slope;
     if (consistent_.accelerations(state_.t + trial, q, u, ws_, rate, lambda)) {
         VecX later;
         coordinate_rates(q, u, later);
-        const double curvature = norm_.rates(later - q_rate, rate - u_rate).norm / trial;
+        find_state_rates(state_.t + trial);
+        const double curvature =
+            std::max(norm_.rates(later - q_rate, rate - u_rate).norm, norm_.states(z_rate_ - z_slope).norm) /
+            trial;
         if (std::isfinite(curvature) && curvature > 0)
             h = std::min(h, std::sqrt(0.5 / curvature));
     }
+    z_rate_ = z_slope;
     return options_.step > 0 ? std::min(h, options_.step) : h;
 }
 
@@ -93,6 +106,12 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
         h = 0.5 * (t_stop - state_.t);
         t = state_.t + h;
     }
+    if (!watch_.idle() && real_points_ > order_)
+        if (const double end = watch_.foresee(state_.t, t, ws_, carried_on_); end < t) {
+            full_h_ = std::max(full_h_, h_);
+            t = end;
+            h = t - state_.t;
+        }
     t_try_ = t;
     predict(t);
     const Corrector result = correct(t);
@@ -114,6 +133,10 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
     {
         const PhaseTimer timer(statistics_.seconds.control);
         error_ = norm_.difference(history_.next_q(), q_predicted_, history_.next_u(), u_predicted_, constant);
+        if (has_states()) {
+            z_change_ = constant * (history_.next_z() - z_predicted_);
+            error_ = ErrorNorm::worse(error_, norm_.states(z_change_));
+        }
     }
     if (error_.norm > 1 || !std::isfinite(error_.norm)) {
         shorten(t, h);
@@ -133,6 +156,22 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
     accept(t, h, error_.norm);
     accepted = true;
     return {};
+}
+
+void Gear::motion_carried_on(double t, int body, BodyMotion& out) const {
+    std::array<double, BdfHistory::capacity> w{};
+    interpolation_weights(history_.times(order_ + 1), t, w.data());
+    Eigen::Matrix<double, 7, 1> q = Eigen::Matrix<double, 7, 1>::Zero();
+    Vec6 u = Vec6::Zero();
+    for (int i = 0; i <= order_; ++i) {
+        q += w[i] * history_.q(i).segment<7>(7 * body);
+        u += w[i] * history_.u(i).segment<6>(6 * body);
+    }
+    out.r = q.head<3>();
+    out.p = q.tail<4>().normalized();
+    out.A = rotation(out.p);
+    out.v = u.head<3>();
+    out.w = u.tail<3>();
 }
 
 void Gear::motion_in_step(double t, int body, BodyMotion& out) const {
@@ -194,11 +233,12 @@ void Gear::accept(double t, double h, double error) {
         choose_next(error);
         state_.q = history_.next_q();
         state_.u = history_.next_u();
+        state_.z = history_.next_z();
         state_.lambda = history_.next_lambda();
         state_.t = t;
         history_.push(t);
         ++real_points_;
-        norm_.set_scale(state_.q, state_.u);
+        norm_.set_scale(state_.q, state_.u, state_.z);
     }
     const PhaseTimer timer(statistics_.seconds.evaluate);
     set_motion(system_, state_.q, state_.u, ws_);
@@ -222,7 +262,13 @@ double Gear::error_at_order(int order, const VecX& q, const VecX& u) {
     std::array<double, BdfHistory::capacity> w{};
     interpolation_weights(history_.times(order + 1), t, w.data());
     history_.combine(order + 1, w.data(), beta_q_, beta_u_); // free between corrector and next predictor
-    return norm_.difference(q, beta_q_, u, beta_u_, (t - history_.time(0)) / (t - history_.time(order))).norm;
+    const double constant = (t - history_.time(0)) / (t - history_.time(order));
+    const ErrorNorm::Value error = norm_.difference(q, beta_q_, u, beta_u_, constant);
+    if (!has_states())
+        return error.norm;
+    history_.combine_z(order + 1, w.data(), beta_z_);
+    z_change_ = constant * (history_.next_z() - beta_z_);
+    return ErrorNorm::worse(error, norm_.states(z_change_)).norm;
 }
 
 // Longest next step over orders k - 1, k, k + 1.
@@ -294,6 +340,8 @@ void Gear::interpolate(double t, State& out) const {
     out.contacts = state_.contacts;
     watch_.memory_inside(out.contacts);
     out.z = state_.z;
+    if (has_states())
+        history_.combine_z(n, w.data(), out.z);
     out.history = state_.history;
     out.angles = state_.angles;
     out.work = state_.work;

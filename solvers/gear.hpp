@@ -34,12 +34,14 @@ class Gear final : public ImplicitIntegrator {
     Corrector correct(double t);
     Corrector refresh_matrix(double t);
     void residual(double t);
+    void settle_states(double t);
     bool multipliers_settled() const;
     void move_end() override;
     bool renew_matrix(double t) override;
     const VecX& end_q() const override { return history_.next_q(); }
     const VecX& end_u() const override { return history_.next_u(); }
     void motion_in_step(double t, int body, BodyMotion& out) const override;
+    void motion_carried_on(double t, int body, BodyMotion& out) const override;
     void turn_to_velocity(int body, double* step);
 
     BdfHistory history_;
@@ -49,6 +51,7 @@ class Gear final : public ImplicitIntegrator {
     double t_try_ = 0, a0_ = 0;
     std::array<double, BdfHistory::capacity> a_{};
     VecX q_predicted_, u_predicted_, beta_q_, beta_u_, drift_;
+    VecX z_predicted_, beta_z_, z_change_;
     VecX momentum_, step_;
 
     // memory between steps

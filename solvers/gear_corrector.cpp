@@ -37,6 +37,25 @@ void Gear::predict(double t) {
     drift_.setZero();
     for (int i = 0; i < system_.moving; ++i)
         turn_to_velocity(i, step_.data() + 6 * std::ptrdiff_t(i));
+    if (!has_states())
+        return;
+    interpolation_weights(history_.times(order_ + 1), t, w.data());
+    history_.combine_z(order_ + 1, w.data(), z_predicted_);
+    history_.combine_z(order_, a_.data(), beta_z_);
+    history_.next_z() = z_predicted_;
+    settle_states(t);
+}
+
+// Friction states that fit the motion: a0 z + beta = source - decay z, exactly; z_change_: how far they went.
+void Gear::settle_states(double t) {
+    set_motion(system_, history_.next_q(), history_.next_u(), ws_);
+    VecX& z = history_.next_z();
+    z_change_ = z;
+    ws_.z = z;
+    state_terms(system_, t, ws_, source_, decay_);
+    z = (source_ - beta_z_).cwiseQuotient((a0_ + decay_.array()).matrix());
+    ws_.z = z;
+    z_change_ = z - z_change_;
 }
 
 // Moves q so that the BDF slope of q is T (u + a0 drift), drift being the position corrections so far;
@@ -116,6 +135,10 @@ void Gear::move_end() {
     for (int i = 0; i < system_.moving; ++i)
         turn_to_velocity(i, step_.data() + 6 * std::ptrdiff_t(i));
     increment_ = norm_.increment(step_.data(), rhs_.data());
+    if (has_states()) {
+        settle_states(t_try_);
+        increment_ = ErrorNorm::worse(increment_, norm_.states(z_change_));
+    }
 }
 
 Gear::Corrector Gear::correct(double t) {

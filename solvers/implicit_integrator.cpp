@@ -22,10 +22,12 @@ ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOpt
     : system_(system), options_(options), ws_(make_workspace(system, options.threads)), saddle_(system),
       solver_({.refinements = 0}), // the sweeps themselves refine
       consistent_(system), norm_(system, options.rtol, options.atol), watch_(system, options),
-      motion_at_([this](double t, int body, BodyMotion& out) { motion_in_step(t, body, out); }) {
+      motion_at_([this](double t, int body, BodyMotion& out) { motion_in_step(t, body, out); }),
+      carried_on_([this](double t, int body, BodyMotion& out) { motion_carried_on(t, body, out); }) {
     solver_.analyse(saddle_.pattern());
     values_.assign(saddle_.pattern().nonzeros(), 0.0);
     rhs_ = VecX::Zero(2 * (system.velocities() + system.row_count()));
+    source_ = decay_ = z_rate_ = VecX::Zero(system.friction_states());
     statistics_.nnz_matrix = saddle_.pattern().nonzeros();
 }
 
@@ -47,6 +49,7 @@ const Statistics& ImplicitIntegrator::statistics() const {
 void ImplicitIntegrator::begin(const State& state, VecX& acceleration) {
     state_ = state;
     ws_.angles = state.angles;
+    ws_.z = state.z;
     set_motion(system_, state_.q, state_.u, ws_);
     update_angles(system_, state_.t, ws_, ws_.angles);
     state_.angles = ws_.angles;
@@ -56,8 +59,15 @@ void ImplicitIntegrator::begin(const State& state, VecX& acceleration) {
         state_.lambda = lambda;
     else
         acceleration = VecX::Zero(system_.velocities());
-    norm_.set_scale(state_.q, state_.u);
+    norm_.set_scale(state_.q, state_.u, state_.z);
     rejections_in_row_ = 0;
+}
+
+void ImplicitIntegrator::find_state_rates(double t) {
+    if (!has_states())
+        return;
+    state_terms(system_, t, ws_, source_, decay_);
+    z_rate_ = source_ - decay_.cwiseProduct(ws_.z);
 }
 
 void ImplicitIntegrator::coordinate_rates(const VecX& q, const VecX& u, VecX& rates) const {

@@ -33,6 +33,8 @@ class ImplicitIntegrator : public Integrator {
     virtual const VecX& end_u() const = 0;
     /// Motion of a body at a time inside the step being tried.
     virtual void motion_in_step(double t, int body, BodyMotion& out) const = 0;
+    /// The same beyond the last accepted step, by its polynomial.
+    virtual void motion_carried_on(double t, int body, BodyMotion& out) const = 0;
     /// Moves that end by a solution in rhs_: velocity and multiplier change; position correction.
     virtual void move_end() = 0;
     /// A new matrix for the end of the step, unless it is new already; false if none can be made.
@@ -40,6 +42,9 @@ class ImplicitIntegrator : public Integrator {
 
     /// Consistent accelerations at state_ (zero where there are none), multipliers into state_, angles.
     void begin(const State& state, VecX& acceleration);
+    /// z' of the friction states at ws_.motion and ws_.z into z_rate_.
+    void find_state_rates(double t);
+    bool has_states() const { return system_.friction_states() > 0; }
     /// q' = T(q) u of a state, all 7 numbers of each body.
     void coordinate_rates(const VecX& q, const VecX& u, VecX& rates) const;
     /// The smallest step worth trying at the present time.
@@ -62,12 +67,13 @@ class ImplicitIntegrator : public Integrator {
     ConsistentSolver consistent_;
     ErrorNorm norm_;
     ContactWatch watch_;
-    const ContactWatch::MotionAt motion_at_;
+    const ContactWatch::MotionAt motion_at_, carried_on_;
     std::vector<double> values_; // of K
     State state_;
     /// Two columns over (u, lambda): momentum and velocity residuals; zero and position residuals.
     VecX rhs_;
-    double h_ = 0; // next step
+    VecX source_, decay_, z_rate_; // of the friction states
+    double h_ = 0;                 // next step
     double phi_worst_ = 0, rate_worst_ = 0;
     ErrorNorm::Value error_, increment_;
     int rejections_in_row_ = 0;

@@ -20,7 +20,8 @@ constexpr double safety = 0.9;
 constexpr double keep_from = 1.0, keep_to = 1.2; // a new step within these factors is not worth new matrices
 constexpr double below_failed = 0.8;             // of a step that did not converge: the longest tried again
 constexpr double forgetting = 0.005;             // growth of that bound, more with every step
-constexpr double good_contraction = 1e-3;        // better: the derivatives are kept for the next step
+constexpr double most_foreseen = 5;       // of a step, over which the last polynomial foresees contacts
+constexpr double good_contraction = 1e-3; // better: the derivatives are kept for the next step
 } // namespace
 
 Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitIntegrator(system, options) {
@@ -33,7 +34,10 @@ Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitI
         lambda_[i] = last_lambda_[i] = VecX::Zero(m);
         stage_rhs_[i] = VecX::Zero(n + 2 * m);
         power_[i] = VecX::Zero(work_count(system));
+        for (auto* x : {&z_, &last_z_, &source_i_, &decay_i_})
+            (*x)[i] = VecX::Zero(system.friction_states());
     }
+    z_matrix_decay_ = z_step_ = error_z_ = VecX::Zero(system.friction_states());
     complex_rhs_.assign(2 * (n + m), 0.0);
     q_stage_ = q_end_ = VecX::Zero(system.positions());
     for (VecX* x : {&u_stage_, &u_end_, &momentum_, &slope_, &error_u_, &error_q_, &f_start_, &rate_})
@@ -43,6 +47,8 @@ Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitI
 void Radau::start(const State& state) {
     begin(state, slope_);
     mass_times(system_, slope_, f_start_);
+    set_motion(system_, state_.q, state_.u, ws_);
+    find_state_rates(state_.t);
     previous_ = state_;
     have_last_ = matrix_current_ = false;
     matrix_h_ = 0;
@@ -56,7 +62,7 @@ void Radau::start(const State& state) {
 double Radau::first_step() const {
     VecX q_rate;
     coordinate_rates(state_.q, state_.u, q_rate);
-    const double slope = norm_.rates(q_rate, slope_).norm;
+    const double slope = std::max(norm_.rates(q_rate, slope_).norm, norm_.states(z_rate_).norm);
     double h =
         slope > 0 ? std::pow(options_.rtol, 0.25) * norm_.rates(state_.q, state_.u).norm / slope : 1e-2;
     h = std::min(h, 1e-2);
@@ -69,11 +75,18 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
     if (options_.step > 0)
         h_ = std::min(h_, options_.step);
     double h = h_, t = state_.t + h;
-    const bool last = t >= t_stop || t_stop - t < 1e-3 * h;
+    bool last = t >= t_stop || t_stop - t < 1e-3 * h;
     if (last) {
         t = t_stop;
         h = t - state_.t;
     }
+    if (!watch_.idle() && have_last_ && h <= most_foreseen * last_h_)
+        if (const double end = watch_.foresee(state_.t, t, ws_, carried_on_); end < t) {
+            full_h_ = std::max(full_h_, h_);
+            t = end;
+            h = t - state_.t;
+            last = false;
+        }
     predict(h);
     const bool renewed = !matrix_current_;
     const Corrector result = correct(state_.t, h);
@@ -108,6 +121,7 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
     }
     if (!watch_.idle()) {
         step_tried_ = h;
+        ws_.z = z_[2];
         set_motion(system_, q_end_, u_end_, ws_);
         const ContactWatch::Verdict verdict = watch_.judge(state_.t, t, ws_, motion_at_);
         if (!verdict.ok) {
@@ -148,6 +162,24 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
     return {};
 }
 
+void Radau::motion_carried_on(double t, int body, BodyMotion& out) const {
+    const RadauCoefficients& k = radau_coefficients();
+    const std::array<double, 4> nodes{0, k.c[0], k.c[1], 1};
+    std::array<double, 4> w{};
+    interpolation_weights(nodes, 1 + (t - state_.t) / last_h_, w.data());
+    w[3] -= 1; // from the end of the step on
+    Vec6 step = Vec6::Zero(), u = state_.u.segment<6>(6 * body);
+    for (int i = 0; i < stages; ++i) {
+        step += w[i + 1] * last_Z_[i].segment<6>(6 * body);
+        u += w[i + 1] * last_V_[i].segment<6>(6 * body);
+    }
+    out.r = state_.q.segment<3>(7 * body) + step.head<3>();
+    out.p = turned(state_.q.segment<4>(7 * body + 3), step.tail<3>());
+    out.A = rotation(out.p);
+    out.v = u.head<3>();
+    out.w = u.tail<3>();
+}
+
 void Radau::motion_in_step(double t, int body, BodyMotion& out) const {
     const RadauCoefficients& k = radau_coefficients();
     const std::array<double, 4> nodes{0, k.c[0], k.c[1], 1};
@@ -166,7 +198,9 @@ void Radau::motion_in_step(double t, int body, BodyMotion& out) const {
 }
 
 // K(gamma/h) (e_u, .) = (f - G^T lambda at the start + M sum e_i V_i / h - S (h/gamma) r, 0) with
-// r = u + sum e_i Z_i / h; e_q = (h/gamma) (r + e_u).
+// r = u + sum e_i Z_i / h; e_q = (h/gamma) (r + e_u). Friction states are eliminated likewise: with
+// r_z = z' + sum e_i (z_i - z) / h the forces are those at z + r_z/(gamma/h + decay), to which e_z adds the
+// change of z' with the velocities.
 ErrorNorm::Value Radau::estimate_error(double t, double h) {
     const PhaseTimer timer(statistics_.seconds.solve);
     const RadauCoefficients& k = radau_coefficients();
@@ -181,13 +215,31 @@ ErrorNorm::Value Radau::estimate_error(double t, double h) {
     blocks_times(system_, ws_.lin.S, rate_, error_q_);
     momentum_ -= lag * error_q_;
     ErrorNorm::Value error;
+    if (has_states()) {
+        z_step_ = (k.error_weights[0] * (z_[0] - state_.z) + k.error_weights[1] * (z_[1] - state_.z) +
+                   k.error_weights[2] * (z_[2] - state_.z)) /
+                  h;
+    }
     for (int pass = 0; pass < 2; ++pass) {
         rhs_.head(n) = momentum_ + f_start_;
+        if (pass == 0 && has_states()) {
+            error_z_ = (z_rate_ + z_step_).array() / (1 / lag + z_matrix_decay_.array());
+            ws_.z = state_.z + error_z_;
+            start_forces();
+            rhs_.head(n) = momentum_ + ws_.f;
+        }
         if (pass == 1) { // filtered once more, with the forces at the estimate (Hairer & Wanner, IV.8.20)
             q_stage_ = state_.q;
             move(system_, error_q_, q_stage_);
             u_stage_ = state_.u + error_u_;
             set_motion(system_, q_stage_, u_stage_, ws_);
+            if (has_states()) {
+                ws_.z = state_.z + error_z_;
+                state_terms(system_, t, ws_, source_, decay_);
+                error_z_ = (source_ - decay_.cwiseProduct(ws_.z) + z_step_).array() /
+                           (1 / lag + z_matrix_decay_.array());
+                ws_.z += error_z_;
+            }
             evaluate_forces(system_, t, ws_);
             evaluate_constraints(system_, t, state_.lambda.data(), false, ws_);
             ++statistics_.evaluations;
@@ -201,10 +253,30 @@ ErrorNorm::Value Radau::estimate_error(double t, double h) {
         error_u_ = rhs_.head(n);
         error_q_ = lag * (rate_ + error_u_);
         error = norm_.increment(error_q_.data(), error_u_.data());
+        if (has_states())
+            error = ErrorNorm::worse(error, state_error(t, lag));
         if (error.norm < 1 || (have_last_ && rejections_in_row_ == 0))
             break;
     }
     return error;
+}
+
+// Adds the change of z' with the velocity error to error_z_ (motion: that of the start).
+ErrorNorm::Value Radau::state_error(double t, double lag) {
+    u_stage_ = state_.u + error_u_;
+    set_motion(system_, state_.q, u_stage_, ws_);
+    state_terms(system_, t, ws_, source_, decay_);
+    error_z_.array() +=
+        (source_ - decay_.cwiseProduct(state_.z) - z_rate_).array() / (1 / lag + z_matrix_decay_.array());
+    return norm_.states(error_z_);
+}
+
+// ws_.f with reactions at the start of the step and the friction states of ws_.z.
+void Radau::start_forces() {
+    set_motion(system_, state_.q, state_.u, ws_);
+    evaluate_forces(system_, state_.t, ws_);
+    evaluate_constraints(system_, state_.t, state_.lambda.data(), false, ws_);
+    ++statistics_.evaluations;
 }
 
 void Radau::accept(double t, double h, double error) {
@@ -217,12 +289,14 @@ void Radau::accept(double t, double h, double error) {
             stage_coordinates(i, q_stage_);
             u_stage_ = state_.u + V_[i];
             set_motion(system_, q_stage_, u_stage_, ws_);
+            ws_.z = z_[i];
             powers(system_, state_.t + k.c[i] * h, lambda_[i].data(), ws_, power_[i]);
             state_.work += h * k.A(2, i) * power_[i];
         }
         state_.q = q_stage_;
         state_.u = u_stage_;
         state_.lambda = lambda_[2];
+        state_.z = z_[2];
         state_.t = t;
         update_angles(system_, t, ws_, ws_.angles);
         state_.angles = ws_.angles;
@@ -231,16 +305,18 @@ void Radau::accept(double t, double h, double error) {
         evaluate_constraints(system_, t, state_.lambda.data(), false, ws_);
         ++statistics_.evaluations;
         f_start_ = ws_.f;
+        find_state_rates(t);
     }
     const PhaseTimer timer(statistics_.seconds.control);
     for (int i = 0; i < stages; ++i) {
         std::swap(last_V_[i], V_[i]);
         std::swap(last_Z_[i], Z_[i]);
         std::swap(last_lambda_[i], lambda_[i]);
+        std::swap(last_z_[i], z_[i]);
     }
     last_h_ = h;
     have_last_ = true;
-    norm_.set_scale(state_.q, state_.u);
+    norm_.set_scale(state_.q, state_.u, state_.z);
 }
 
 void Radau::interpolate(double t, State& out) const {
@@ -253,6 +329,8 @@ void Radau::interpolate(double t, State& out) const {
     out.t = t;
     out.u += w[1] * last_V_[0] + w[2] * last_V_[1] + w[3] * last_V_[2];
     move(system_, w[1] * last_Z_[0] + w[2] * last_Z_[1] + w[3] * last_Z_[2], out.q);
+    if (has_states())
+        out.z = w[0] * previous_.z + w[1] * last_z_[0] + w[2] * last_z_[1] + w[3] * last_z_[2];
     out.lambda = state_.lambda;
     out.angles = state_.angles;
     out.contacts = state_.contacts;

@@ -2,6 +2,7 @@
 // equations of gear.hpp, with an adaptive step.
 //
 // Stage values: velocities u_n + V_i, coordinates q_n moved by Z_i = h A (T u)_j + X_i, multipliers L_i.
+// Friction states follow the motion exactly: their collocation equations are linear once it is known.
 // The X_i close Phi at the stages (they are the integral of the T M^-1 G^T mu term). With A^-1 = T Lambda
 // T^-1 the simplified Newton iteration splits into one real and one complex system of the same form as
 // Gear's: K(s) = [s M + C + S/s, G^T; G, 0], s = an eigenvalue of A^-1 over h.
@@ -41,8 +42,12 @@ class Radau final : public ImplicitIntegrator {
     void stage_residual(int stage, double t, double h);
     void solve_increments(double h);
     bool turn_to_velocities(double h);
+    void settle_states(double t, double h);
+    void start_forces();
+    ErrorNorm::Value state_error(double t, double lag);
     void stage_coordinates(int stage, VecX& q) const;
     void motion_in_step(double t, int body, BodyMotion& out) const override;
+    void motion_carried_on(double t, int body, BodyMotion& out) const override;
     void move_end() override;
     bool renew_matrix(double) override { return true; } // the next try gets new ones
     const VecX& end_q() const override { return q_end_; }
@@ -56,10 +61,13 @@ class Radau final : public ImplicitIntegrator {
     std::array<VecX, stages> stage_rhs_;          // per stage: momentum and velocity residual; positions
     std::vector<std::complex<double>> complex_rhs_;
     VecX q_stage_, u_stage_, q_end_, u_end_, momentum_, slope_, error_u_, error_q_, f_start_, rate_;
+    std::array<VecX, stages> z_, source_i_, decay_i_; // friction states at the stages, their terms
+    VecX z_matrix_decay_, z_step_, error_z_;
+    double z_change_ = 0;            // norm, in the last settle_states()
     std::array<VecX, stages> power_; // as State::work
 
     // memory between steps; the collocation polynomials of the last accepted step
-    std::array<VecX, stages> last_V_, last_Z_, last_lambda_;
+    std::array<VecX, stages> last_V_, last_Z_, last_lambda_, last_z_;
     VecX last_lambda_start_;
     double last_h_ = 0, matrix_h_ = 0, matrix_t_ = 0;
     double contraction_ = 0.1, last_error_ = 1e-2;

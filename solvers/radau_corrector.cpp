@@ -5,6 +5,8 @@
 #include "solvers/radau.hpp"
 #include "solvers/radau_coefficients.hpp"
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <cmath>
 
@@ -89,6 +91,38 @@ bool Radau::turn_to_velocities(double h) {
     return true;
 }
 
+// Friction states at the stages that fit the motion there: sum_j (A^-1)_ij (z_j - z_0) / h = source_i -
+// decay_i z_i, three equations for each state.
+void Radau::settle_states(double t, double h) {
+    const RadauCoefficients& k = radau_coefficients();
+    for (int i = 0; i < stages; ++i) {
+        stage_coordinates(i, q_stage_);
+        u_stage_ = state_.u + V_[i];
+        set_motion(system_, q_stage_, u_stage_, ws_);
+        ws_.z = z_[i];
+        state_terms(system_, t + k.c[i] * h, ws_, source_i_[i], decay_i_[i]);
+    }
+    const Eigen::Matrix3d over_h = k.A_inverse / h;
+    const Vec3 from_start = over_h.rowwise().sum();
+    ErrorNorm::Value worst;
+    for (Eigen::Index s = 0; s < state_.z.size(); ++s) {
+        Eigen::Matrix3d matrix = over_h;
+        Vec3 rhs;
+        for (int i = 0; i < stages; ++i) {
+            matrix(i, i) += decay_i_[i][s];
+            rhs[i] = source_i_[i][s] + from_start[i] * state_.z[s];
+        }
+        const Vec3 z = matrix.partialPivLu().solve(rhs);
+        for (int i = 0; i < stages; ++i) {
+            source_i_[i][s] = z[i] - z_[i][s]; // the change
+            z_[i][s] = z[i];
+        }
+    }
+    for (int i = 0; i < stages; ++i)
+        worst = ErrorNorm::worse(worst, norm_.states(source_i_[i]));
+    z_change_ = worst.norm;
+}
+
 void Radau::stage_coordinates(int i, VecX& q) const {
     q = state_.q;
     move(system_, Z_[i], q);
@@ -100,6 +134,10 @@ void Radau::linearise_in_step() {
     stage_coordinates(1, q_stage_);
     u_stage_ = state_.u + V_[1];
     set_motion(system_, q_stage_, u_stage_, ws_);
+    if (has_states()) {
+        ws_.z = z_[1];
+        state_terms(system_, matrix_t_, ws_, source_, z_matrix_decay_);
+    }
     linearise(system_, matrix_t_, lambda_[1].data(), ws_);
     matrix_current_ = true;
 }
@@ -131,6 +169,8 @@ void Radau::stage_residual(int i, double t, double h) {
     stage_coordinates(i, q_stage_);
     u_stage_ = state_.u + V_[i];
     set_motion(system_, q_stage_, u_stage_, ws_);
+    if (has_states())
+        ws_.z = z_[i];
     evaluate_forces(system_, t, ws_);
     evaluate_constraints(system_, t, lambda_[i].data(), false, ws_);
     ++statistics_.evaluations;
@@ -187,9 +227,16 @@ void Radau::solve_increments(double h) {
 Radau::Corrector Radau::correct(double t, double h) {
     const RadauCoefficients& k = radau_coefficients();
     const double tol = std::max(options_.rtol, options_.atol), round_off = 10 * 2.2e-16 / tol;
+    // Velocities of a stage, as coordinates rounded to the last place under stiff forces move them: sweeps
+    // that shrink no more below this have converged.
+    const double noise = std::min(0.03, 2.2e-16 / tol * k.real_eigenvalue / h * largest(state_.q));
     const double target = std::max(round_off, std::min(0.03, std::sqrt(tol)));
     if (!turn_to_velocities(h))
         return Corrector::slow;
+    if (has_states()) {
+        z_.fill(state_.z);
+        settle_states(t, h);
+    }
     if (!matrix_current_) {
         matrix_t_ = t + k.c[1] * h;
         linearise_in_step();
@@ -198,6 +245,7 @@ Radau::Corrector Radau::correct(double t, double h) {
     if (matrix_h_ != h)
         if (const Corrector result = refresh_matrices(h); result != Corrector::converged)
             return result;
+    bool stalled = false;
     double last = 0, ratio = std::max(least_contraction, std::pow(std::max(contraction_, 1e-10), 0.8));
     for (sweeps_ = 1; sweeps_ <= most_sweeps; ++sweeps_) {
         for (int i = 0; i < stages; ++i)
@@ -210,19 +258,23 @@ Radau::Corrector Radau::correct(double t, double h) {
             const PhaseTimer timer(statistics_.seconds.control);
             if (!turn_to_velocities(h))
                 return Corrector::slow;
+            if (has_states()) {
+                settle_states(t, h);
+                increment_ = ErrorNorm::worse(increment_, {z_change_, -1});
+            }
         }
         if (sweeps_ > 1) {
             ratio = increment_.norm / last;
             contraction_ = sweeps_ == 2 ? ratio : std::sqrt(ratio * contraction_);
             ratio = contraction_;
-            if (ratio > 0.95)
-                return Corrector::slow;
             const int left = most_sweeps - sweeps_;
-            if (std::pow(ratio, left) / (1 - ratio) * increment_.norm > target && left < 8)
+            stalled = ratio > 0.95 ||
+                      (std::pow(ratio, left) / (1 - ratio) * increment_.norm > target && left < 8);
+            if (stalled && increment_.norm > noise)
                 return Corrector::slow;
         }
         last = std::max(increment_.norm, 1e-300);
-        if (ratio / (1 - std::min(ratio, 0.95)) * increment_.norm <= target) {
+        if (stalled || ratio / (1 - std::min(ratio, 0.95)) * increment_.norm <= target) {
             stage_coordinates(2, q_end_);
             u_end_ = state_.u + V_[2];
             return close_constraints(t + h) ? Corrector::converged : Corrector::slow;
