@@ -121,6 +121,22 @@ double ContactWatch::threshold(int channel, double speed, const ContactSample& s
 }
 
 ContactWatch::Verdict ContactWatch::judge(double t0, double t1, Workspace& ws, const MotionAt& motion_at) {
+    const Verdict verdict = look(t0, t1, ws, motion_at);
+    if (!verdict.ok)
+        tell(ContactEvent::Kind::rejected, verdict.channel, t1, verdict.depth,
+             ws.samples[verdict.channel].rate);
+    return verdict;
+}
+
+double ContactWatch::foresee(double t0, double t1, Workspace& ws, const MotionAt& carried_on) {
+    if (idle() || onset_ == Onset::ignored)
+        return t1;
+    for (int i = 0; i < system_.moving; ++i)
+        carried_on(t1, i, ws.motion[i]);
+    return look(t0, t1, ws, carried_on).end;
+}
+
+ContactWatch::Verdict ContactWatch::look(double t0, double t1, Workspace& ws, const MotionAt& motion_at) {
     starts_.clear();
     Verdict verdict;
     if (idle())
@@ -147,9 +163,6 @@ ContactWatch::Verdict ContactWatch::judge(double t0, double t1, Workspace& ws, c
             continue;
         verdict = {false, end, c, sample.depth, allowed};
     }
-    if (!verdict.ok)
-        tell(ContactEvent::Kind::rejected, verdict.channel, t1, verdict.depth,
-             ws.samples[verdict.channel].rate);
     return verdict;
 }
 

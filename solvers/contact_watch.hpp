@@ -38,6 +38,10 @@ class ContactWatch {
     /// Of a step [t0, t1] that passed the error test; ws.motion is that of t1.
     Verdict judge(double t0, double t1, Workspace& ws, const MotionAt& motion_at);
 
+    /// The end that judge() would ask for, by a motion carried on beyond the last step: spares the work of a
+    /// step that would be rejected. t1 where nothing speaks against it. ws.motion is left anywhere.
+    double foresee(double t0, double t1, Workspace& ws, const MotionAt& carried_on);
+
     /// The step is accepted: memory into state and ws, history, events. ws as for judge().
     void commit(double t0, double t1, State& state, Workspace& ws);
 
@@ -58,6 +62,7 @@ class ContactWatch {
         int channel;
         double t, speed;
     };
+    Verdict look(double t0, double t1, Workspace& ws, const MotionAt& motion_at);
     ContactSample sample_at(double t, int channel, Workspace& ws, const MotionAt& motion_at);
     Crossing crossing(double t0, double t1, int channel, Workspace& ws, const MotionAt& motion_at);
     double threshold(int channel, double speed, const ContactSample& sample) const;
