@@ -19,6 +19,15 @@ Joint make_joint(const std::string& name, JointKind kind, const std::string& a, 
 Joint make_joint(const std::string& name, JointKind kind, const std::string& a, const std::string& b,
                  const Vec3& point, const Vec3& axis);
 
+/// K d^(3/2) with Lankarani and Nikravesh's damping; stiffness of the whole joint, N/m^(3/2).
+ContactLaw lankarani_nikravesh(double stiffness, double restitution);
+
+/// The cylinder law (AP 44-48) between two bodies of steel, 207 GPa.
+ContactLaw steel_cylinders(double restitution);
+
+/// A bearing in strips, its journal longer than itself; journal radius = radius - radial, m.
+Clearance strip_bearing(double radius, double length, double radial, int strips, const ContactLaw& law);
+
 /// Marker on a body at a global point (pose as given).
 Marker make_marker(const std::string& name, const std::string& body, const Vec3& point);
 
@@ -28,6 +37,7 @@ Vec4 euler_parameters(const Mat3& axes);
 MechanismParameter number_parameter(const std::string& name, const std::string& default_value,
                                     const std::string& unit, const std::string& help, double minimum,
                                     double maximum);
+MechanismParameter restitution_parameter(const std::string& default_value);
 MechanismParameter count_parameter(const std::string& name, const std::string& default_value,
                                    const std::string& help, double maximum);
 /// The first choice is the default.
@@ -42,5 +52,8 @@ Mechanism heavy_top();
 Mechanism triple_pendulum();
 Mechanism suspension_chain();
 Mechanism hmmwv_corner();
+Mechanism bouncing_journal();
+Mechanism tilted_journal();
+Mechanism stick_slip();
 
 } // namespace gudgeon

@@ -41,10 +41,29 @@ Model build_four_bar(const ParameterValues& values) {
     return model;
 }
 
+/// Gives one joint its clearance: the ball B, or the bearing A, whose end faces have the same play.
+void loosen(Model& model, const ParameterValues& values) {
+    const std::string& loose = values.word("joint");
+    if (loose == "perfect")
+        return;
+    const ContactLaw law = lankarani_nikravesh(values.number("stiffness"), values.number("restitution"));
+    const double play = values.number("clearance");
+    Joint& joint = model.joints[loose == "revolute" ? 0 : 1];
+    joint.fidelity = Fidelity::clearance;
+    if (loose == "revolute") {
+        joint.clearance = strip_bearing(0.01, values.number("length"), play, values.integer("strips"), law);
+        joint.clearance->axial = play;
+    } else {
+        joint.clearance = Clearance{};
+        joint.clearance->radial = play;
+        joint.clearance->law = law;
+    }
+}
+
 /// Exact state behind the rounded Table 2 of AP: the rod's axes are (2,-1,-2)/3, (0,2,-1)/sqrt 5
 /// and their cross product; its angular velocity follows from the speeds of both ends and from the
 /// universal joint (slider side Z, rod side 0.8 eta + 0.6 zeta = (1,2,0)/sqrt 5).
-Model build_slider_crank(const ParameterValues&) {
+Model build_slider_crank(const ParameterValues& values) {
     Model model;
     const Vec3 point_a(0, 0.1, 0.12), point_b(0, 0.1, 0.2), point_c(0.2, 0, 0);
     Mat3 axes;
@@ -71,6 +90,7 @@ Model build_slider_crank(const ParameterValues&) {
         universal,
         make_joint("D", JointKind::translation, "ground", "slider", point_c, Vec3::UnitX()),
     };
+    loosen(model, values);
     return model;
 }
 
@@ -86,9 +106,17 @@ Mechanism four_bar() {
 }
 
 Mechanism slider_crank() {
+    MechanismParameter stiffness = number_parameter(
+        "stiffness", "5e6", "N/m^1.5", "Lankarani-Nikravesh, whole joint; 5e7 with joint=revolute", 1, 1e15);
+    stiffness.default_with = {{"revolute", "5e7"}};
     return {"slider-crank",
             "spatial slider-crank started at 6 rad/s (Ambrosio & Pombo 2018, 3.1)",
-            {choice_parameter("joint", {"perfect"}, "joints: all perfect")},
+            {choice_parameter("joint", {"perfect", "spherical", "revolute"},
+                              "clearance: none, ball of B in its socket, bearing A of the crank"),
+             number_parameter("clearance", "1e-4", "m", "radial clearance, of A the axial one too", 0, 1),
+             restitution_parameter("0.75"), stiffness,
+             number_parameter("length", "0.04", "m", "length of the bearing (revolute)", 1e-6, 10),
+             count_parameter("strips", "8", "strips of the bearing (revolute)", 1e6)},
             5,
             0.01,
             &build_slider_crank};

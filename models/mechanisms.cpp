@@ -14,8 +14,9 @@ namespace gudgeon {
 
 const std::vector<Mechanism>& mechanisms() {
     static const std::vector<Mechanism> all{
-        pendulum(),  chain(),           four_bar(),         slider_crank(),
-        heavy_top(), triple_pendulum(), suspension_chain(), hmmwv_corner(),
+        pendulum(),         chain(),           four_bar(),         slider_crank(),
+        heavy_top(),        triple_pendulum(), suspension_chain(), hmmwv_corner(),
+        bouncing_journal(), tilted_journal(),  stick_slip(),
     };
     return all;
 }
@@ -58,6 +59,14 @@ std::string allowed_values(const MechanismParameter& p) {
                        p.maximum, p.unit.empty() ? "" : " ", p.unit);
 }
 
+/// The default that goes with the values read so far.
+const std::string& default_of(const MechanismParameter& p, const std::map<std::string, std::string>& words) {
+    for (const auto& [name, word] : words)
+        if (const auto other = p.default_with.find(word); other != p.default_with.end())
+            return other->second;
+    return p.default_value;
+}
+
 bool is_allowed(const MechanismParameter& p, const std::string& text, const std::optional<double>& value) {
     if (!p.choices.empty())
         return std::find(p.choices.begin(), p.choices.end(), text) != p.choices.end();
@@ -80,7 +89,7 @@ ParameterValues read_parameters(const Mechanism& mechanism,
     ParameterValues values;
     for (const MechanismParameter& p : known) {
         const auto given = overrides.find(p.name);
-        const std::string& text = given == overrides.end() ? p.default_value : given->second;
+        const std::string& text = given == overrides.end() ? default_of(p, values.words_) : given->second;
         const std::optional<double> value = parse_number(text);
         if (!is_allowed(p, text, value))
             throw ModelError(mechanism.name, pointer_to(p.name),

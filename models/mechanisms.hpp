@@ -21,6 +21,8 @@ struct MechanismParameter {
     std::string help;
     bool integer = false;
     double minimum = 0, maximum = 0; // both allowed; of no meaning with choices
+    /// Another default where a parameter listed before this one has been given the word.
+    std::map<std::string, std::string> default_with;
 };
 
 /// The values of all parameters of one mechanism, checked.

@@ -67,7 +67,23 @@ Model build_heavy_top(const ParameterValues& values) {
     return model;
 }
 
-Model build_triple_pendulum(const ParameterValues&) {
+/// Limits of a free coordinate both ways, with one of the two laws of AP 3.2.
+Stop stop_at(double limit, double stiffness, const ParameterValues& values) {
+    Stop stop;
+    stop.lower = -limit;
+    stop.upper = limit;
+    if (values.word("law") == "kelvin-voigt") {
+        stop.law.kind = "kelvin-voigt";
+        stop.law.stiffness = stiffness;
+        stop.law.restitution = values.number("restitution");
+        stop.law.speed = values.number("speed");
+    } else {
+        stop.law = lankarani_nikravesh(stiffness, values.number("restitution"));
+    }
+    return stop;
+}
+
+Model build_triple_pendulum(const ParameterValues& values) {
     Model model;
     // AP Table 3; the printed e1 = -0.383 is a turn of -45 degrees about X.
     model.bodies = {make_body("body1", 0.10, {3e-3, 3e-2, 3e-2}, {0.3, 0, 0}),
@@ -80,6 +96,10 @@ Model build_triple_pendulum(const ParameterValues&) {
         make_joint("J2", JointKind::cylindrical, "body1", "body2", {0.6, 0, 0}, Vec3::UnitZ()),
         make_joint("J3", JointKind::revolute, "body2", "body3", {1.2, 0, 0}, {0, s, s}),
     };
+    if (values.word("stops") == "1") {
+        model.joints[1].stops["slide"] = stop_at(0.25, 1e5, values);
+        model.joints[2].stops["angle"] = stop_at(pi / 4, 1e3, values);
+    }
     return model;
 }
 
@@ -119,12 +139,19 @@ Mechanism heavy_top() {
 }
 
 Mechanism triple_pendulum() {
-    return {"triple-pendulum",
-            "three bodies on a revolute, a cylindrical and a revolute joint (Ambrosio & Pombo 2018, 3.2)",
-            {choice_parameter("stops", {"0"}, "stops of the joints: none")},
-            4,
-            0.01,
-            &build_triple_pendulum};
+    MechanismParameter restitution = restitution_parameter("0.75");
+    restitution.default_with = {{"kelvin-voigt", "0.01"}};
+    restitution.help += "; 0.01 with law=kelvin-voigt";
+    return {
+        "triple-pendulum",
+        "three bodies on a revolute, a cylindrical and a revolute joint (Ambrosio & Pombo 2018, 3.2)",
+        {choice_parameter("stops", {"1", "0"}, "1: J2 stops after 0.25 m, J3 after 45 degrees, both ways"),
+         choice_parameter("law", {"lankarani-nikravesh", "kelvin-voigt"}, "normal law of the stops"),
+         restitution,
+         number_parameter("speed", "0.1", "m/s, rad/s", "transition of the law kelvin-voigt", 1e-9, 1e3)},
+        4,
+        0.01,
+        &build_triple_pendulum};
 }
 
 } // namespace gudgeon

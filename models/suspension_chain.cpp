@@ -36,8 +36,26 @@ SpringDamper point_spring(const std::string& name, const std::string& a, const s
     return spring;
 }
 
+struct ArmJoints {
+    Fidelity lower, upper;
+    Clearance bearing; // where one of them has clearance
+    bool perfect() const { return lower == Fidelity::perfect; }
+};
+
+ArmJoints arm_joints(const ParameterValues& values) {
+    const std::string& word = values.word("joints");
+    if (word == "perfect")
+        return {Fidelity::perfect, Fidelity::perfect, {}};
+    const double play = values.number("clearance");
+    ArmJoints arms{word == "clearance" ? Fidelity::clearance : Fidelity::bushing,
+                   word == "bushing" ? Fidelity::bushing : Fidelity::clearance,
+                   strip_bearing(0.006, 0.04, play, values.integer("strips"), lankarani_nikravesh(1e9, 0.8))};
+    arms.bearing.axial = play;
+    return arms;
+}
+
 /// side: +1 left, -1 right.
-void add_corner(Model& model, int unit, int side, bool perfect) {
+void add_corner(Model& model, int unit, int side, const ArmJoints& arms) {
     const std::string tag = fmt::format("{}{}", unit, side > 0 ? 'L' : 'R');
     const std::string chassis = fmt::format("chassis{}", unit), lower = "lower" + tag, upper = "upper" + tag,
                       upright = "upright" + tag;
@@ -47,13 +65,15 @@ void add_corner(Model& model, int unit, int side, bool perfect) {
     model.bodies.push_back(make_body(upper, 4, {0.025, 0.02, 0.04}, at(-0.02, 0.575, 0.47)));
     model.bodies.push_back(make_body(upright, 30, {0.8, 1.2, 0.8}, at(0, 0.80, 0.34)));
 
-    for (auto [name, arm, point] : {std::tuple("LI" + tag, lower, at(0, 0.40, 0.22)),
-                                    std::tuple("UI" + tag, upper, at(-0.02, 0.45, 0.46))}) {
+    for (auto [name, arm, point, fidelity] :
+         {std::tuple("LI" + tag, lower, at(0, 0.40, 0.22), arms.lower),
+          std::tuple("UI" + tag, upper, at(-0.02, 0.45, 0.46), arms.upper)}) {
         Joint inner = make_joint(name, JointKind::revolute, chassis, arm, point, Vec3::UnitX());
-        if (!perfect) {
-            inner.fidelity = Fidelity::bushing;
+        inner.fidelity = fidelity;
+        if (fidelity == Fidelity::bushing)
             inner.bushing = arm_bushing();
-        }
+        else if (fidelity == Fidelity::clearance)
+            inner.clearance = arms.bearing;
         model.joints.push_back(inner);
     }
     model.joints.push_back(make_joint("LO" + tag, JointKind::spherical, lower, upright, at(0, 0.75, 0.20)));
@@ -61,7 +81,7 @@ void add_corner(Model& model, int unit, int side, bool perfect) {
         make_joint("UO" + tag, JointKind::spherical, upper, upright, at(-0.02, 0.70, 0.48)));
 
     const Vec3 tie_in = at(0.15, 0.42, 0.26), tie_out = at(0.15, 0.74, 0.25);
-    if (perfect) {
+    if (arms.perfect()) {
         Joint tie = make_joint("tie" + tag, JointKind::distance, chassis, upright, tie_in);
         tie.points[1] = tie_out;
         model.joints.push_back(tie);
@@ -94,15 +114,15 @@ void add_corner(Model& model, int unit, int side, bool perfect) {
 
 Model build_suspension_chain(const ParameterValues& values) {
     Model model;
-    const bool perfect = values.word("joints") == "perfect";
+    const ArmJoints arms = arm_joints(values);
     const int units = values.integer("units");
     for (int k = 0; k < units; ++k) {
         model.bodies.push_back(
             make_body(fmt::format("chassis{}", k), 400, {40, 200, 220}, {-2.0 * k, 0, 0.28}));
         if (k > 0)
             model.joints.push_back(unit_link(k));
-        add_corner(model, k, +1, perfect);
-        add_corner(model, k, -1, perfect);
+        add_corner(model, k, +1, arms);
+        add_corner(model, k, -1, arms);
     }
     return model;
 }
@@ -113,8 +133,11 @@ Mechanism suspension_chain() {
     return {"suspension-chain",
             "double-wishbone suspension units on a wavy road, joined by bushings",
             {count_parameter("units", "1", "number of units of 7 bodies", 1e5),
-             choice_parameter("joints", {"bushing", "perfect"},
-                              "inner joints of the arms: bushings, or revolutes about X and rigid tie rods")},
+             choice_parameter("joints", {"bushing", "perfect", "clearance", "mixed"},
+                              "inner joints of the arms: bushings, perfect revolutes (and rigid tie rods), "
+                              "bearings with clearance, bushings below and bearings above"),
+             number_parameter("clearance", "1e-4", "m", "radial and axial, of the bearings", 0, 5e-3),
+             count_parameter("strips", "16", "strips of each bearing", 1e6)},
             5,
             0.05,
             &build_suspension_chain};
