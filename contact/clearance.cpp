@@ -52,6 +52,11 @@ NormalLaw radial_law(const CompileContext& context, int joint) {
     return joint_law(context, joint, clearance.law, contact_geometry(clearance), "/clearance/law");
 }
 
+std::optional<FrictionLaw> contact_friction(const CompileContext& context, int joint) {
+    const std::optional<Friction>& friction = context.model.joints[joint].clearance->friction;
+    return friction ? std::optional(compile_friction(*friction)) : std::nullopt;
+}
+
 NormalLaw axial_law(const CompileContext& context, int joint) {
     const Clearance& clearance = *context.model.joints[joint].clearance;
     if (!clearance.axial_law)

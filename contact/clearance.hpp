@@ -1,6 +1,7 @@
 // What the batches of joints with clearance share when a model is compiled.
 #pragma once
 
+#include "contact/friction_law.hpp"
 #include "contact/normal_law.hpp"
 #include "core/joint_motions.hpp"
 #include "core/system.hpp"
@@ -26,6 +27,8 @@ ContactGeometry contact_geometry(const Clearance& clearance);
 NormalLaw joint_law(const CompileContext& context, int joint, const ContactLaw& law,
                     const ContactGeometry& geometry, const std::string& member);
 NormalLaw radial_law(const CompileContext& context, int joint);
+/// Friction of the bearing's contacts, where it is named.
+std::optional<FrictionLaw> contact_friction(const CompileContext& context, int joint);
 NormalLaw axial_law(const CompileContext& context, int joint);
 NormalLaw rotation_law(const CompileContext& context, int joint);
 

@@ -3,9 +3,13 @@
 //   contacts                          how many contacts an element has (each law.slots() channels)
 //   place(Element, contact)           name and number for the record
 //   sample(Evaluation, Element, contact, slot)
+// and, where contacts rub (`friction` of the element), for its three states per contact
+//   state_terms(Evaluation, Element, contact, source, decay)
+//   state_couplings(Evaluation, Element, contact)
 #pragma once
 
 #include "contact/contact_law.hpp"
+#include "contact/friction_point.hpp"
 
 namespace gudgeon {
 
@@ -13,12 +17,30 @@ struct ContactElement : ForceElement {
     NormalLaw law{Linear{}}; // replaced by the builders
     double share = 1;
     int channel = 0;
+    std::optional<FrictionLaw> friction;
+    int state = -1; // number of the first friction state, three per contact
+
+    const double* states(const Evaluation& e, int contact) const {
+        return state < 0 ? nullptr : e.z + state + 3 * std::ptrdiff_t(contact);
+    }
 };
 
 struct ContactPlace {
     std::string_view name;
     int number = 0;
 };
+
+/// The three states of a contact of x, from number `state` on.
+inline void add_couplings(std::array<Linearisation::StateCoupling, 3> couplings, int state,
+                          const ContactElement& x, Linearisation& lin) {
+    for (Linearisation::StateCoupling& coupling : couplings) {
+        coupling.state = state++;
+        coupling.pair = x.pair;
+        coupling.a = x.a;
+        coupling.b = x.b;
+        lin.states.push_back(coupling);
+    }
+}
 
 template <class Kernel> class ContactBatchOf final : public ForceBatchOf<Kernel> {
   public:
@@ -57,6 +79,30 @@ template <class Kernel> class ContactBatchOf final : public ForceBatchOf<Kernel>
         return out;
     }
 
+    void declare_states(std::vector<double>& scales) override {
+        for (Element& x : this->elements_.items()) {
+            if (!x.friction || !x.friction->has_state())
+                continue;
+            x.state = static_cast<int>(scales.size());
+            scales.insert(scales.end(), 3 * Kernel::contacts, x.friction->state_scale());
+        }
+    }
+
+    void state_terms(const Evaluation& e, double* source, double* decay) const override {
+        if constexpr (rubs)
+            for_states([&](const Element& x, int contact, std::ptrdiff_t state) {
+                Kernel::state_terms(e, x, contact, source + state, decay + state);
+            });
+    }
+
+    void add_linearisation(const Evaluation& e, Linearisation& lin) const override {
+        ForceBatchOf<Kernel>::add_linearisation(e, lin);
+        if constexpr (rubs)
+            for_states([&](const Element& x, int contact, std::ptrdiff_t state) {
+                add_couplings(Kernel::state_couplings(e, x, contact), static_cast<int>(state), x, lin);
+            });
+    }
+
     double depth_of_energy(int channel, double energy) const override {
         const Element& x = element(channel);
         return slot_depth_of_energy(x.law, (channel - x.channel) % x.law.slots(), energy);
@@ -67,6 +113,15 @@ template <class Kernel> class ContactBatchOf final : public ForceBatchOf<Kernel>
     }
 
   private:
+    static constexpr bool rubs = requires(const Evaluation& e, const Element& x) {
+        Kernel::state_couplings(e, x, 0);
+    };
+    /// f(element, contact, number of the first of its three states)
+    template <class F> void for_states(F&& f) const {
+        for (const Element& x : this->elements())
+            for (int contact = 0; x.state >= 0 && contact < Kernel::contacts; ++contact)
+                f(x, contact, x.state + 3 * std::ptrdiff_t(contact));
+    }
     const Element& element(int channel) const { return this->elements()[owner_[channel - first_]]; }
     int first_ = 0;
     std::vector<int> owner_; // element of each channel

@@ -9,6 +9,16 @@ namespace {
 
 using Scalar = Eigen::Matrix<double, 1, 1>;
 
+// The rows' directions are orthonormal: the reaction is as long as the vector of their multipliers.
+template <class Element> double pressed(const Evaluation& e, const Element& x) {
+    if (x.rows[0] < 0)
+        return x.normal_force;
+    double sum = 0;
+    for (const int row : x.rows)
+        sum += row < 0 ? 0.0 : e.lambda[row] * e.lambda[row];
+    return std::sqrt(sum);
+}
+
 // Friction at an instant: gradient of c, its value and derivatives over the slip velocity.
 template <class Element> struct Slip {
     Gradient<1> g;
@@ -17,7 +27,7 @@ template <class Element> struct Slip {
     FrictionValue<1> f;
     Slip(const Evaluation& e, const Element& x)
         : g(x.measure.gradient(e.body[x.a], e.body[x.b])),
-          speed(x.lever * g.times(e.body[x.a], e.body[x.b])[0]), normal_force(x.normal_force),
+          speed(x.lever * g.times(e.body[x.a], e.body[x.b])[0]), normal_force(pressed(e, x)),
           f(evaluate_friction<1>(x.law, Scalar(speed), Scalar(x.state < 0 ? 0.0 : e.z[x.state]))) {}
 };
 
@@ -46,11 +56,22 @@ EnergyRates FrictionKernel<Measure>::energies(const Evaluation& e, const Element
 }
 
 template <class Measure>
-double FrictionKernel<Measure>::state_coupling(const Evaluation& e, const Element& x, BlockMatrix& out) {
+Linearisation::StateCoupling FrictionKernel<Measure>::state_coupling(const Evaluation& e, const Element& x) {
     const Slip slip(e, x);
-    const double factor = x.lever * x.lever * slip.normal_force * slip.f.by_state * slip.f.rate_by_speed(0);
-    add_product(slip.g, combined(factor, slip.g, 0.0, slip.g), out);
-    return slip.f.decay;
+    return {x.state,
+            x.pair,
+            x.a,
+            x.b,
+            slip.f.decay,
+            combined(-x.lever * slip.normal_force * slip.f.by_state, slip.g, 0.0, slip.g),
+            combined(x.lever * slip.f.rate_by_speed(0), slip.g, 0.0, slip.g)};
+}
+
+template <class Measure>
+Gradient<1> FrictionKernel<Measure>::by_multiplier(const Evaluation& e, const Element& x, int k) {
+    const Slip slip(e, x);
+    const double share = slip.normal_force > 0 ? e.lambda[x.rows[k]] / slip.normal_force : 0;
+    return combined(x.lever * share * slip.f.mu(0), slip.g, 0.0, slip.g);
 }
 
 template <class Measure>
@@ -80,13 +101,10 @@ template <class Measure>
 void FrictionBatch<Measure>::add_linearisation(const Evaluation& e, Linearisation& lin) const {
     ForceBatchOf<Kernel>::add_linearisation(e, lin);
     for (const auto& x : this->elements_.items()) {
-        if (x.state < 0)
-            continue;
-        Linearisation::StateCoupling coupling;
-        coupling.pair = x.pair;
-        coupling.blocks.set_zero();
-        coupling.decay = Kernel::state_coupling(e, x, coupling.blocks);
-        lin.states.push_back(coupling);
+        if (x.state >= 0)
+            lin.states.push_back(Kernel::state_coupling(e, x));
+        for (int k = 0; k < 3 && x.rows[k] >= 0; ++k)
+            lin.reactions.push_back({x.rows[k], Kernel::by_multiplier(e, x, k)});
     }
 }
 
@@ -116,6 +134,13 @@ Element joint_element(const CompileContext& context, int j, const Friction& fric
     x.law = compile_friction(friction);
     x.lever = friction.radius.value_or(1);
     x.normal_force = friction.normal_force.value_or(0);
+    if (friction.normal_force)
+        return x;
+    const JointRecord& record = context.system.joints[j];
+    int count = 0;
+    for (int row = record.first_row; row < record.first_row + record.rows; ++row)
+        if (context.system.rows[row].direction.starts_with("displacement"))
+            x.rows[count++] = row;
     return x;
 }
 

@@ -17,6 +17,12 @@ NormalForce force_of(const Evaluation& e, const Element& x, int contact, const C
     return contact_force(e, x.law, x.channel + contact * x.law.slots(), x.share, c.depth, rate);
 }
 
+template <class Element>
+PointFriction friction_of(const Evaluation& e, const Element& x, int contact, const ContactPoint& c,
+                          double normal_force) {
+    return point_friction(*x.friction, x.states(e, contact), e.body[x.a], e.body[x.b], c, normal_force);
+}
+
 } // namespace
 
 template <class Shape> PairWrench PointKernel<Shape>::wrench(const Evaluation& e, const Element& x) {
@@ -28,7 +34,10 @@ template <class Shape> PairWrench PointKernel<Shape>::wrench(const Evaluation& e
         if (!(c.depth > 0))
             continue;
         const NormalForce f = force_of(e, x, i, c, rate_of(a, b, c));
-        const PairWrench w = point_wrench(a, b, c.p, f.force * c.n);
+        Vec3 force = f.force * c.n;
+        if (x.friction)
+            force -= friction_of(e, x, i, c, f.force).force;
+        const PairWrench w = point_wrench(a, b, c.p, force);
         sum.force_a += w.force_a;
         sum.moment_a += w.moment_a;
         sum.force_b += w.force_b;
@@ -46,8 +55,15 @@ void PointKernel<Shape>::linearise(const Evaluation& e, const Element& x, BlockM
         if (!(point.depth > 0))
             continue;
         const NormalForce f = force_of(e, x, i, point, rate_of(a, b, point));
-        add_normal_linearisation(a, b, point, x.shape.rates(a, b, i, point), f.force, f.by_depth, f.by_rate,
-                                 c, s);
+        const ContactPointRates rates = x.shape.rates(a, b, i, point);
+        add_normal_linearisation(a, b, point, rates, f.force, f.by_depth, f.by_rate, c, s);
+        if (!x.friction)
+            continue;
+        const Gradient<1> g = depth_gradient(a, b, point);
+        const Gradient<1> change =
+            combined(f.by_depth, g, f.by_rate, depth_rate_gradient(a, b, point, rates, g));
+        add_friction_linearisation(friction_of(e, x, i, point, f.force), a, b, point, g, change, f.by_rate, c,
+                                   s);
     }
 }
 
@@ -62,6 +78,8 @@ template <class Shape> EnergyRates PointKernel<Shape>::energies(const Evaluation
         const double rate = rate_of(a, b, c);
         const NormalForce f = force_of(e, x, i, c, rate);
         sum += {f.energy, (f.force - f.elastic) * rate, 0};
+        if (x.friction)
+            sum.dissipated_power += friction_of(e, x, i, c, f.force).power();
     }
     return sum;
 }
@@ -75,7 +93,35 @@ ContactSample PointKernel<Shape>::sample(const Evaluation& e, const Element& x, 
     ContactSample out = contact_sample(x.law, f, slot, c.depth, rate, x.share,
                                        inverse_mass(e, x.a, x.b, depth_gradient(a, b, c)));
     out.normal_force = -out.force * c.n;
+    if (x.friction && slot == 0 && c.depth > 0) {
+        const PointFriction friction = friction_of(e, x, contact, c, f.force);
+        out.friction_force = friction.force;
+        out.friction = friction.force.norm();
+        out.dissipated_power += friction.power();
+    }
     return out;
+}
+
+template <class Shape>
+void PointKernel<Shape>::state_terms(const Evaluation& e, const Element& x, int contact, double* source,
+                                     double* decay) {
+    const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
+    const ContactPoint c = x.shape.find(a, b)[contact];
+    if (c.depth > 0)
+        point_state_terms(friction_of(e, x, contact, c, 0), a, source, decay);
+    else
+        free_state_terms(*x.friction, source, decay);
+}
+
+template <class Shape>
+std::array<Linearisation::StateCoupling, 3>
+PointKernel<Shape>::state_couplings(const Evaluation& e, const Element& x, int contact) {
+    const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
+    const ContactPoint c = x.shape.find(a, b)[contact];
+    if (!(c.depth > 0))
+        return free_state_couplings(*x.friction);
+    const NormalForce f = force_of(e, x, contact, c, rate_of(a, b, c));
+    return point_state_couplings(friction_of(e, x, contact, c, f.force), a, b, c);
 }
 
 template struct PointKernel<SphereShape>;
@@ -93,6 +139,7 @@ template <class Shape> typename PointKernel<Shape>::Element element_of(const Com
     x.b = side.b.body;
     x.swapped = side.swapped;
     x.law = radial_law(context, j);
+    x.friction = contact_friction(context, j);
     return x;
 }
 

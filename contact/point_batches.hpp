@@ -78,6 +78,10 @@ template <class Shape> struct PointKernel {
         return {Shape::place, Shape::points == 1 ? 0 : contact + 1};
     }
     static ContactSample sample(const Evaluation& e, const Element& x, int contact, int slot);
+    static void state_terms(const Evaluation& e, const Element& x, int contact, double* source,
+                            double* decay);
+    static std::array<Linearisation::StateCoupling, 3> state_couplings(const Evaluation& e, const Element& x,
+                                                                       int contact);
 };
 
 ForceBatchBuilder sphere_builder();  // spherical and universal joints

@@ -35,6 +35,7 @@ struct StripBatch::Touch {
     Coverage cover;
     double share;  // of the joint's law
     NormalForce f; // with the share
+    int place;     // strip and memory: contact number of the joint
 };
 
 void StripBatch::add(StripJoint x, const std::vector<double>& offsets, const std::vector<double>& radii) {
@@ -112,17 +113,24 @@ void StripBatch::for_touches(const Evaluation& e, const StripJoint& x, const Pos
             continue;
         const double rate = p.n.dot(point_velocity_at(b, p.p) - point_velocity_at(a, p.p));
         const double share = cover.fraction * x.share;
-        const int channel =
-            x.channel + ((strip - x.first_strip) * most_points + found.memory[i]) * x.law.slots();
-        f(Touch{p, rate, cover, share, contact_force(e, x.law, channel, share, p.depth, rate)});
+        const int place = (strip - x.first_strip) * most_points + found.memory[i];
+        const int channel = x.channel + place * x.law.slots();
+        f(Touch{p, rate, cover, share, contact_force(e, x.law, channel, share, p.depth, rate), place});
     }
+}
+
+PointFriction StripBatch::friction_of(const Evaluation& e, const StripJoint& x, const Touch& touch) const {
+    return point_friction(*x.friction, x.states(e, touch.place), e.body[x.a], e.body[x.b], touch.point,
+                          touch.f.force);
 }
 
 // Force on a and its moment about the bearing's middle, global.
 Vec6 StripBatch::strip_wrench(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip) const {
     Vec6 sum = Vec6::Zero();
     for_touches(e, x, pose, strip, [&](const Touch& touch) {
-        const Vec3 force = touch.f.force * touch.point.n;
+        Vec3 force = touch.f.force * touch.point.n;
+        if (x.friction)
+            force -= friction_of(e, x, touch).force;
         sum.head<3>() += force;
         sum.tail<3>() += (touch.point.p - pose.pose.centre_a).cross(force);
     });
@@ -217,10 +225,64 @@ void StripBatch::add_linearisation(const Evaluation& e, Linearisation& lin) cons
                                       position);
                 add_contact_linearisation(a, b, touch.point, rates, g, touch.f.force, change, touch.f.by_rate,
                                           c, s);
+                if (x.friction)
+                    add_friction_linearisation(friction_of(e, x, touch), a, b, touch.point, g, change,
+                                               touch.f.by_rate, c, s);
             });
         lin.add(lin.C, x.pair, couple_all, c);
         lin.add(lin.S, x.pair, couple_all, s);
     });
+    add_state_couplings(e, lin);
+}
+
+void StripBatch::declare_states(std::vector<double>& scales) {
+    for (StripJoint& x : joints_.items()) {
+        if (!x.friction || !x.friction->has_state())
+            continue;
+        x.state = static_cast<int>(scales.size());
+        scales.insert(scales.end(), 3 * std::size_t(x.strips * most_points), x.friction->state_scale());
+    }
+}
+
+void StripBatch::state_terms(const Evaluation& e, double* source, double* decay) const {
+    for (const StripJoint& x : joints_.items()) {
+        if (x.state < 0)
+            continue;
+        for (int place = 0; place < x.strips * most_points; ++place)
+            free_state_terms(*x.friction, source + x.state + 3 * place, decay + x.state + 3 * place);
+        if (!in_reach(e, x))
+            continue;
+        const Pose pose(e, x);
+        for (int k = x.first_strip; k < x.first_strip + x.strips; ++k)
+            for_touches(e, x, pose, k, [&](const Touch& touch) {
+                const int state = x.state + 3 * touch.place;
+                point_state_terms(friction_of(e, x, touch), e.body[x.a], source + state, decay + state);
+            });
+    }
+}
+
+void StripBatch::add_state_couplings(const Evaluation& e, Linearisation& lin) const {
+    for (const StripJoint& x : joints_.items()) {
+        if (x.state < 0)
+            continue;
+        const std::size_t first = lin.states.size();
+        for (int place = 0; place < x.strips * most_points; ++place)
+            add_couplings(free_state_couplings(*x.friction), x.state + 3 * place, x, lin);
+        if (!in_reach(e, x))
+            continue;
+        const Pose pose(e, x);
+        for (int k = x.first_strip; k < x.first_strip + x.strips; ++k)
+            for_touches(e, x, pose, k, [&](const Touch& touch) {
+                const auto found =
+                    point_state_couplings(friction_of(e, x, touch), e.body[x.a], e.body[x.b], touch.point);
+                for (int i = 0; i < 3; ++i) {
+                    Linearisation::StateCoupling& out = lin.states[first + 3 * std::size_t(touch.place) + i];
+                    out.decay = found[i].decay;
+                    out.force = found[i].force;
+                    out.rate = found[i].rate;
+                }
+            });
+    }
 }
 
 EnergyRates StripBatch::energies(const Evaluation& e) const {
@@ -233,6 +295,8 @@ EnergyRates StripBatch::energies(const Evaluation& e) const {
             for_touches(e, x, pose, k, [&](const Touch& touch) {
                 sum.elastic += touch.f.energy;
                 sum.dissipated_power += (touch.f.force - touch.f.elastic) * touch.rate;
+                if (x.friction)
+                    sum.dissipated_power += friction_of(e, x, touch).power();
                 if (touch.cover.by_x == 0)
                     return;
                 const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
@@ -296,6 +360,13 @@ void StripBatch::strip_samples(const Evaluation& e, const StripJoint& x, const P
             sample = contact_sample(x.law, f, slot, p.depth, rate, share, inverse);
             sample.place = std::atan2(p.radial.dot(A * x.across), p.radial.dot(A * x.reference));
             sample.normal_force = (x.swapped ? sample.force : -sample.force) * p.n;
+            if (x.friction && slot == 0 && sample.force > 0) {
+                const Touch touch{p, rate, cover, share, f, channel / slots};
+                const PointFriction friction = friction_of(e, x, touch);
+                sample.friction_force = x.swapped ? Vec3(-friction.force) : friction.force;
+                sample.friction = friction.force.norm();
+                sample.dissipated_power += friction.power();
+            }
             if (!(cover.fraction > 0))
                 sample.depth = std::min(sample.depth, -1e-300);
             else if (cover.by_x != 0 && slot == 0 && p.depth > 0) {
@@ -351,6 +422,7 @@ StripJoint strip_joint(const CompileContext& context, int j) {
     x.b = side.b.body;
     x.swapped = side.swapped;
     x.law = radial_law(context, j);
+    x.friction = contact_friction(context, j);
     x.cylinders = {side.a.point, side.a.axes.col(2), side.b.point, side.b.axes.col(2),
                    contact_geometry(clearance).journal_radius};
     x.reference = side.a.axes.col(0);

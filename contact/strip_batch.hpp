@@ -6,6 +6,8 @@
 // Forces are found strip by strip in parallel, then summed joint by joint in the order of the strips: the
 // same bits for any number of threads.
 //
+// Friction acts at every point that touches (friction_point.hpp), with three states for each memory.
+//
 // The edge of a journal that slides off a strip pushes along the axis by (stored energy per length); that
 // force, smaller than the normal one by depth over strip width, is left out, and the energy it would take
 // is counted as dissipated.
@@ -50,6 +52,9 @@ class StripBatch final : public ForceBatch {
     double depth_of_energy(int channel, double energy) const override;
     double depth_of_force(int channel, double force) const override;
 
+    void declare_states(std::vector<double>& scales) override;
+    void state_terms(const Evaluation& e, double* source, double* decay) const override;
+
     std::size_t scratch_size() const override;
     void place_scratch(std::size_t first) override { scratch_ = first; }
 
@@ -64,13 +69,15 @@ class StripBatch final : public ForceBatch {
     Found find(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip) const;
     template <class F>
     void for_touches(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip, F&& f) const;
+    PointFriction friction_of(const Evaluation& e, const StripJoint& x, const Touch& touch) const;
+    void add_state_couplings(const Evaluation& e, Linearisation& lin) const;
     bool in_reach(const Evaluation& e, const StripJoint& x) const;
     Vec6 strip_wrench(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip) const;
     Vec6 joint_wrench(const Evaluation& e, const StripJoint& x) const;
     PairWrench on_bodies(const Evaluation& e, const StripJoint& x, const Vec6& wrench) const;
     void add_forces_in_parallel(const Evaluation& e, ForceSink f) const;
-    void strip_samples(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip,
-                       bool exactly, ContactSample* out) const;
+    void strip_samples(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip, bool exactly,
+                       ContactSample* out) const;
 
     ColouredElements<StripJoint> joints_;
     std::vector<double> offset_, radius_; // per strip

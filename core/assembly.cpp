@@ -67,6 +67,7 @@ Workspace make_workspace(const System& system, int threads) {
     const State start = initial_state(system);
     ws.angles = start.angles;
     ws.z = start.z;
+    ws.lambda = start.lambda;
     ws.contacts = start.contacts;
     ws.scratch.assign(system.scratch, 0.0);
     ws.samples.assign(system.contacts.size(), {});
@@ -96,7 +97,7 @@ Evaluation evaluation(const System& system, Workspace& ws, double t) {
             ws.contacts.start_speed.data(),
             ws.contacts.place.data(),
             ws.z.data(),
-            nullptr,
+            ws.lambda.data(),
             ws.scratch.data(),
             system.mass.data(),
             system.inverse_inertia.data()};
@@ -130,7 +131,9 @@ void linearise(const System& system, double t, const double* lambda, Workspace& 
     std::fill(ws.lin.C.begin(), ws.lin.C.end(), 0.0);
     std::fill(ws.lin.S.begin(), ws.lin.S.end(), 0.0);
     ws.lin.states.clear();
-    const Evaluation e = evaluation(system, ws, t);
+    ws.lin.reactions.clear();
+    Evaluation e = evaluation(system, ws, t);
+    e.lambda = lambda;
     for_bodies(system, ws.threads, [&](int i) {
         const Vec3& w = ws.motion[i].w;
         const Mat3& j = system.inertia[i];
@@ -260,7 +263,9 @@ Energies energies(const System& system, double t, const double* lambda, Workspac
         sum.potential -= system.mass[i] * system.gravity.dot(m.r);
         sum.input_power += ws.external.segment<3>(6 * i).dot(m.v) + external_moment(ws, i).dot(m.w);
     }
-    const Evaluation e = evaluation(system, ws, t);
+    Evaluation e = evaluation(system, ws, t);
+    if (lambda)
+        e.lambda = lambda;
     for (const auto& batch : system.forces) {
         const EnergyRates rates = batch->energies(e);
         sum.elastic += rates.elastic;

@@ -62,14 +62,24 @@ struct PairBlocks {
 struct Linearisation {
     std::vector<double> C, S;
     std::span<const PairBlocks> pairs;
-    /// Friction states z' = source - decay z: the part of C that depends on the leading coefficient s of the
-    /// integrator, -(df/dz) (dz'/du) / (s + decay), as blocks to be divided.
+    /// A friction state z' = source - decay z between two bodies. Eliminated, it adds
+    /// -(df/dz) (dz'/du) / (s + decay) to C, s the leading coefficient of the integrator. All states are
+    /// listed, always in the same order.
     struct StateCoupling {
-        int pair;
-        double decay; // 1/s
-        BlockMatrix blocks;
+        int state = 0;              // number in Evaluation::z
+        int pair = 0, a = 0, b = 0; // blocks, bodies
+        double decay = 0;           // 1/s
+        Gradient<1> force;          // df/dz over (v_a, w_a, v_b, w_b); zero where nothing is pressed
+        Gradient<1> rate;           // dz'/du
     };
     std::vector<StateCoupling> states;
+    /// Forces that depend on a multiplier, beside G^T: -df/dlambda of a row over (v_a, w_a, v_b, w_b) of its
+    /// bodies. Always the same rows in the same order.
+    struct ReactionCoupling {
+        int row;
+        Gradient<1> force;
+    };
+    std::vector<ReactionCoupling> reactions;
 
     static void add(std::vector<double>& values, int block, const Mat3& m) {
         double* v = values.data() + 9 * static_cast<std::ptrdiff_t>(block);

@@ -92,6 +92,16 @@ void add_joint_record(System& s, const Joint& joint, int a, int b) {
     add_joint_coordinates(joint, s.joints.back(), s);
 }
 
+// Friction fed by the reaction of the joint puts forces on all coordinates of its bodies.
+void widen_pressing_rows(System& s, const Joint& joint) {
+    const bool pressed =
+        std::ranges::any_of(joint.friction, [](const Friction& f) { return !f.normal_force; });
+    const JointRecord& record = s.joints.back();
+    for (int row = record.first_row; pressed && row < record.first_row + record.rows; ++row)
+        s.rows[row].mask = 0xfff;
+    s.reaction_friction = s.reaction_friction || pressed;
+}
+
 template <class Batch> void keep(std::vector<std::unique_ptr<ConstraintBatch>>& out, Batch& batch) {
     if (batch.size() > 0)
         out.push_back(std::make_unique<Batch>(std::move(batch)));
@@ -153,6 +163,7 @@ System compile(Model model, const std::vector<ForceBatchBuilder>& builders) {
         add_joint_record(s, joint, bodies.at(joint.bodies[0]), bodies.at(joint.bodies[1]));
         joints.emplace(joint.name, static_cast<int>(s.joints.size()) - 1);
         add_joint_rows(joint, static_cast<int>(s.joints.size()) - 1, s, batches);
+        widen_pressing_rows(s, joint);
     }
     const CompileContext context{s.model, s, [&](std::string_view n) { return bodies.at(n); },
                                  [&](std::string_view n) { return joints.at(n); },

@@ -128,14 +128,14 @@ void SaddleMatrix::assemble_scalars(const System& system, const Workspace& ws, S
         }
     }
     for (const Linearisation::StateCoupling& state : ws.lin.states) {
-        const Scalar factor = 1.0 / (a + state.decay);
+        const Scalar factor = -1.0 / (a + state.decay);
         const PairBlocks& pair = ws.lin.pairs[state.pair];
         for (int i = 0; i < 4; ++i)
             for (int j = 0; j < 4; ++j)
                 for (int col = 0; pair.id[i][j] >= 0 && col < 3; ++col) {
                     Scalar* v = values.data() + block_slot_[3 * std::size_t(pair.id[i][j]) + col];
                     for (int row = 0; row < 3; ++row)
-                        v[row] += factor * state.blocks.block[i][j](row, col);
+                        v[row] += factor * (state.force.part(i)[row] * state.rate.part(j)[col]);
                 }
     }
     for (int i = 0; i < system.moving; ++i) {
@@ -149,6 +149,10 @@ void SaddleMatrix::assemble_scalars(const System& system, const Workspace& ws, S
         }
     }
     place_rows(system, ws.rows, ws.threads, values);
+    for (const Linearisation::ReactionCoupling& reaction : ws.lin.reactions)
+        for (int k = 0; k < 12; ++k)
+            if (const int slot = upper_[12 * std::size_t(reaction.row) + k]; slot >= 0)
+                values[slot] += reaction.force.part(k / 3)[k % 3];
 }
 
 void SaddleMatrix::assemble(const System& system, const Workspace& ws, double a, double s,

@@ -38,7 +38,8 @@ struct Workspace {
     std::vector<double> rows;       // G, 12 per row
     Linearisation lin;
     AngleMemory angles;
-    VecX z; // friction states of the evaluation
+    VecX z;      // friction states of the evaluation
+    VecX lambda; // multipliers of the evaluation, read by friction in perfect joints
     ContactMemory contacts;
     std::vector<double> scratch;        // of the batches, System::scratch
     std::vector<ContactSample> samples; // one per channel, filled by sample_contacts()

@@ -14,6 +14,7 @@ namespace gudgeon {
 
 namespace {
 constexpr int most_iterations = 25;
+constexpr int most_reaction_passes = 60;
 constexpr int positions = 0, velocities = 6; // where the bits of held coordinates begin
 } // namespace
 
@@ -205,7 +206,12 @@ bool ConsistentSolver::accelerations(double t, const VecX& q, const VecX& u, Wor
             batch->acceleration_rhs(e, gamma_.data());
         lambda.setZero();
         VecX& residual = ws.rate;
-        for (int pass = 0; pass < 2; ++pass) { // the second pass takes round-off out
+        // the second pass takes round-off out; friction that reactions press on converges with them
+        for (int pass = 0; pass < (system_.reaction_friction ? most_reaction_passes : 2); ++pass) {
+            if (pass > 0 && system_.reaction_friction) {
+                ws.lambda = lambda;
+                evaluate_forces(system_, t, ws);
+            }
             acceleration = ws.f;
             add_transposed_rows(system_, ws, lambda, -1.0, acceleration);
             inverse_mass_times(system_, acceleration, acceleration);
@@ -213,8 +219,10 @@ bool ConsistentSolver::accelerations(double t, const VecX& q, const VecX& u, Wor
             residual -= gamma_;
             solve_step(ws, residual, positions);
             lambda += nu_;
+            acceleration -= step_;
+            if (pass > 0 && nu_.cwiseAbs().maxCoeff() <= 1e-14 * lambda.cwiseAbs().maxCoeff())
+                break;
         }
-        acceleration -= step_;
     }
     hold_ = held;
     return regular;

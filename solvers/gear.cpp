@@ -25,7 +25,7 @@ Gear::Gear(const System& system, const IntegratorOptions& options) : ImplicitInt
     const Eigen::Index nq = system.positions(), n = system.velocities();
     options_.max_order = std::clamp(options_.max_order, 1, 5);
     for (const Joint& joint : system.model.joints)
-        driven_ = driven_ || !joint.drives.empty();
+        driven_ = driven_ || !joint.drives.empty() || system.reaction_friction;
     history_.reserve(nq, n, system.row_count(), system.friction_states());
     z_predicted_ = beta_z_ = z_change_ = VecX::Zero(system.friction_states());
     for (VecX* x : {&q_predicted_, &beta_q_})

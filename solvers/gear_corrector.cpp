@@ -103,7 +103,7 @@ bool Gear::multipliers_settled() const {
     if (m == 0)
         return true;
     const double change = rhs_.segment(n, m).cwiseAbs().maxCoeff();
-    // drives take their work from the multipliers: then these are wanted to the tolerance
+    // drives take their work, friction its force from the multipliers: then these are wanted to the tolerance
     const double share = driven_ ? std::min(multiplier_share, 10 * options_.rtol) : multiplier_share;
     return change <= share * (largest(history_.next_lambda()) + largest(ws_.f)) + 1e-9;
 }
@@ -115,6 +115,7 @@ void Gear::residual(double t) {
     const PhaseTimer timer(statistics_.seconds.evaluate);
     const Eigen::Index n = system_.velocities(), m = system_.row_count();
     set_motion(system_, history_.next_q(), history_.next_u(), ws_);
+    ws_.lambda = history_.next_lambda();
     evaluate_forces(system_, t, ws_);
     evaluate_constraints(system_, t, history_.next_lambda().data(), false, ws_);
     ++statistics_.evaluations;

@@ -184,6 +184,8 @@ void Ida::start(const State& state) {
     if (system_.moving == 0)
         return;
     restart_ = false;
+    ws.z = state.z;
+    ws.lambda = state.lambda;
     set_motion(system_, state.q, state.u, ws);
     watch_.begin(state_, ws);
     const FactorStatus status = accelerations_.solve(state.t, ws, nullptr, acceleration_, state_.lambda);
@@ -199,7 +201,7 @@ void Ida::start(const State& state) {
     state_.angles = ws.angles;
     powers(system_, state.t, state_.lambda.data(), ws, powers_.back());
     equations_.pack(state_, data(sun_.y));
-    equations_.pack_rates(data(sun_.y), acceleration_, data(sun_.ydot));
+    equations_.pack_rates(state.t, data(sun_.y), acceleration_, data(sun_.ydot));
     if (initialised_) {
         require(IDAReInit(sun_.ida, state.t, sun_.y, sun_.ydot), "state");
         return;
@@ -267,6 +269,8 @@ int Ida::weights(N_Vector y, N_Vector w, void* self) {
             return -1;
         out[i] = share / (r * std::abs(x[i]) + a);
     }
+    for (int i = me.equations_.z0(); i < counted; ++i)
+        out[i] = share / (r * std::abs(x[i]) + a * me.system_.state_scales[i - me.equations_.z0()]);
     std::fill(out + counted, out + n, 1e-100);
     return 0;
 }

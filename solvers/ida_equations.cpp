@@ -29,15 +29,17 @@ Eigen::Matrix4d spin_matrix(const Vec3& x) {
 } // namespace
 
 IdaEquations::IdaEquations(const System& system, int threads)
-    : system_(system), u0_(system.positions()), lambda0_(u0_ + system.velocities()),
-      mu0_(lambda0_ + system.row_count()), nu0_(mu0_ + system.row_count()),
-      ws_(make_workspace(system, threads)), lambda_(VecX::Zero(system.row_count())),
-      mu_(VecX::Zero(system.row_count())), nu_(VecX::Zero(system.moving)),
-      drift_(VecX::Zero(system.velocities())), rate_rows_(12 * system.rows.size(), 0.0),
-      turn_(system.moving, Mat34::Zero()) {
+    : system_(system), u0_(system.positions()), z0_(u0_ + system.velocities()),
+      lambda0_(z0_ + system.friction_states()), mu0_(lambda0_ + system.row_count()),
+      nu0_(mu0_ + system.row_count()), ws_(make_workspace(system, threads)),
+      lambda_(VecX::Zero(system.row_count())), mu_(VecX::Zero(system.row_count())),
+      nu_(VecX::Zero(system.moving)), drift_(VecX::Zero(system.velocities())),
+      rate_rows_(12 * system.rows.size(), 0.0), turn_(system.moving, Mat34::Zero()) {
     const State start = initial_state(system);
     q_ = start.q;
     u_ = start.u;
+    source_ = decay_ = VecX::Zero(system.friction_states());
+    linearise(system_, 0, lambda_.data(), ws_); // lists the couplings
     build_pattern();
 }
 
@@ -46,6 +48,7 @@ void IdaEquations::pack(const State& state, double* y) const {
     out.setZero();
     out.head(u0_) = state.q;
     out.segment(u0_, system_.velocities()) = state.u;
+    out.segment(z0_, state.z.size()) = state.z;
     out.segment(lambda0_, system_.row_count()) = state.lambda;
 }
 
@@ -53,12 +56,13 @@ void IdaEquations::unpack(const double* y, State& state) const {
     const Eigen::Map<const VecX> in(y, size());
     state.q = in.head(u0_);
     state.u = in.segment(u0_, system_.velocities());
+    state.z = in.segment(z0_, system_.friction_states());
     state.lambda = in.segment(lambda0_, system_.row_count());
     for (int i = 0; i < system_.moving; ++i)
         state.q.segment<4>(7 * i + 3).normalize();
 }
 
-void IdaEquations::pack_rates(const double* y, const VecX& acceleration, double* ydot) const {
+void IdaEquations::pack_rates(double t, const double* y, const VecX& acceleration, double* ydot) {
     const Eigen::Map<const VecX> in(y, size());
     Eigen::Map<VecX> out(ydot, size());
     out.setZero();
@@ -67,6 +71,11 @@ void IdaEquations::pack_rates(const double* y, const VecX& acceleration, double*
         out.segment<4>(7 * i + 3) = 0.5 * lt_times(in.segment<4>(7 * i + 3), in.segment<3>(u0_ + 6 * i + 3));
     }
     out.segment(u0_, system_.velocities()) = acceleration;
+    if (system_.friction_states() == 0)
+        return;
+    set(y);
+    state_terms(system_, t, ws_, source_, decay_);
+    out.segment(z0_, ws_.z.size()) = source_ - decay_.cwiseProduct(ws_.z);
 }
 
 void IdaEquations::set(const double* y) {
@@ -76,6 +85,8 @@ void IdaEquations::set(const double* y) {
     lambda_ = in.segment(lambda0_, system_.row_count());
     mu_ = in.segment(mu0_, system_.row_count());
     nu_ = in.segment(nu0_, system_.moving);
+    ws_.z = in.segment(z0_, system_.friction_states());
+    ws_.lambda = lambda_;
     set_motion(system_, q_, u_, ws_);
 }
 
@@ -99,6 +110,10 @@ bool IdaEquations::residual(double t, const double* y, const double* ydot, doubl
         f.segment<3>(u0_ + k + 3) =
             system_.inertia[i] * rate.segment<3>(u0_ + k + 3) - ws_.f.segment<3>(k + 3);
         f[nu0_ + i] = p.squaredNorm() - 1;
+    }
+    if (system_.friction_states() > 0) {
+        state_terms(system_, t, ws_, source_, decay_);
+        f.segment(z0_, ws_.z.size()) = rate.segment(z0_, ws_.z.size()) - source_ + decay_.cwiseProduct(ws_.z);
     }
     f.segment(lambda0_, system_.row_count()) = ws_.rate;
     f.segment(mu0_, system_.row_count()) = ws_.phi;
@@ -128,6 +143,8 @@ template <class Emit> void IdaEquations::visit(double cj, Emit&& emit) const {
     for (int i = 0; i < system_.moving; ++i)
         visit_body(i, cj, emit);
     visit_blocks(emit);
+    visit_states(cj, emit);
+    visit_reactions(emit);
     for (int row = 0; row < system_.row_count(); ++row)
         for (const int side : {0, 1})
             visit_side(row, side, emit);
@@ -181,6 +198,31 @@ template <class Emit> void IdaEquations::visit_blocks(Emit&& emit) const {
                     emit(row + k, q + j, s(k, j));
         }
     }
+}
+
+// Bristles and the forces they put on their two bodies.
+template <class Emit> void IdaEquations::visit_states(double cj, Emit&& emit) const {
+    for (const Linearisation::StateCoupling& x : ws_.lin.states) {
+        const int z = z0_ + x.state;
+        emit(z, z, cj + x.decay);
+        for (const int side : {0, 1}) {
+            const int body = side ? x.b : x.a;
+            for (int k = 0; body < system_.moving && k < 6; ++k) {
+                const int u = u0_ + 6 * body + k, part = 2 * side + k / 3;
+                emit(u, z, -x.force.part(part)[k % 3]);
+                emit(z, u, -x.rate.part(part)[k % 3]);
+            }
+        }
+    }
+}
+
+template <class Emit> void IdaEquations::visit_reactions(Emit&& emit) const {
+    for (const Linearisation::ReactionCoupling& x : ws_.lin.reactions)
+        for (const int side : {0, 1}) {
+            const int body = side ? system_.rows[x.row].b : system_.rows[x.row].a;
+            for (int k = 0; body < system_.moving && k < 6; ++k)
+                emit(u0_ + 6 * body + k, lambda0_ + x.row, x.force.part(2 * side + k / 3)[k % 3]);
+        }
 }
 
 // A constraint row and one of its bodies: G, G^T, d(G u)/dq, T M^-1 G^T.
@@ -246,8 +288,10 @@ std::string IdaEquations::name_of(int unknown) const {
         return "unknown";
     if (unknown < u0_)
         return "body " + system_.body_names[unknown / 7];
-    if (unknown < lambda0_)
+    if (unknown < z0_)
         return "body " + system_.body_names[(unknown - u0_) / 6];
+    if (unknown < lambda0_)
+        return "friction state " + std::to_string(unknown - z0_);
     if (unknown < nu0_)
         return row_name(system_, (unknown - lambda0_) % system_.row_count());
     return "body " + system_.body_names[unknown - nu0_];

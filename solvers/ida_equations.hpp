@@ -1,12 +1,13 @@
 // The equations of motion as F(t, y, y') = 0, stabilised index 2 (Gear, Gupta & Leimkuhler 1985), in the
 // full form a general DAE code wants. Internal to the ida integrator and its tests.
 //
-// Unknowns y = (q, u, lambda, mu, nu): 7 and 6 per moving body, 2 per constraint row, 1 per moving body;
-// equations in the same order:
+// Unknowns y = (q, u, z, lambda, mu, nu): 7 and 6 per moving body, the friction states, 2 per constraint
+// row, 1 per moving body; equations in the same order:
 //
 //   r' - v + (M^-1 G^T mu)_r                                 = 0
 //   p' - 1/2 L(p)^T (omega' - (M^-1 G^T mu)_theta) + 2 p nu  = 0
-//   M u' - f(q, u, t) + G^T lambda                           = 0
+//   M u' - f(q, u, z, lambda, t) + G^T lambda                = 0
+//   z' - source(q, u) + decay(q, u) z                        = 0
 //   G u + dPhi/dt                                            = 0
 //   Phi(q, t)                                                = 0
 //   p.p - 1                                                  = 0
@@ -29,16 +30,17 @@ class IdaEquations {
 
     int size() const { return nu0_ + system_.moving; }
     int u0() const { return u0_; }
+    int z0() const { return z0_; }
     int lambda0() const { return lambda0_; } // first multiplier, and first velocity constraint
     int mu0() const { return mu0_; }         // first position constraint
     int nu0() const { return nu0_; }
 
-    /// q, u and lambda of a state; mu = nu = 0.
+    /// q, u, z and lambda of a state; mu = nu = 0.
     void pack(const State& state, double* y) const;
-    /// q (normalised), u and lambda into a state.
+    /// q (normalised), u, z and lambda into a state.
     void unpack(const double* y, State& state) const;
-    /// q' = T(q) u and u' = acceleration, the rest zero: y' where mu = nu = 0.
-    void pack_rates(const double* y, const VecX& acceleration, double* ydot) const;
+    /// q' = T(q) u, u' = acceleration and z', the rest zero: y' where mu = nu = 0. Reads ws.motion for z'.
+    void pack_rates(double t, const double* y, const VecX& acceleration, double* ydot);
 
     /// Pose, velocity and multipliers of y into the workspace.
     void set(const double* y);
@@ -47,7 +49,8 @@ class IdaEquations {
     /// F at (t, y, y'). False where it is not finite.
     bool residual(double t, const double* y, const double* ydot, double* out);
 
-    /// dF/dy + cj dF/dy', compressed by columns; d(M^-1 G^T)/dq mu is left out as mu is about zero.
+    /// dF/dy + cj dF/dy', compressed by columns; d(M^-1 G^T)/dq mu is left out as mu is about zero,
+    /// and d(z')/dq.
     const CscPattern& pattern() const { return pattern_; }
     void jacobian(double t, double cj, const double* y, std::span<double> values);
 
@@ -60,13 +63,16 @@ class IdaEquations {
     template <class Emit> void visit(double cj, Emit&& emit) const;
     template <class Emit> void visit_body(int i, double cj, Emit&& emit) const;
     template <class Emit> void visit_blocks(Emit&& emit) const;
+    template <class Emit> void visit_states(double cj, Emit&& emit) const;
+    template <class Emit> void visit_reactions(Emit&& emit) const;
     template <class Emit> void visit_side(int row, int side, Emit&& emit) const;
     void build_pattern();
 
     const System& system_;
-    const int u0_, lambda0_, mu0_, nu0_;
+    const int u0_, z0_, lambda0_, mu0_, nu0_;
     Workspace ws_;
     VecX q_, u_, lambda_, mu_, nu_, drift_; // drift = M^-1 G^T mu
+    VecX source_, decay_;                   // of the friction states
     std::vector<double> rate_rows_;         // d(G u)/dq, 12 per row
     std::vector<Eigen::Matrix<double, 3, 4>> turn_;
     CscPattern pattern_;

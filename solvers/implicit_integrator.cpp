@@ -50,6 +50,7 @@ void ImplicitIntegrator::begin(const State& state, VecX& acceleration) {
     state_ = state;
     ws_.angles = state.angles;
     ws_.z = state.z;
+    ws_.lambda = state.lambda;
     set_motion(system_, state_.q, state_.u, ws_);
     update_angles(system_, state_.t, ws_, ws_.angles);
     state_.angles = ws_.angles;

@@ -43,7 +43,29 @@ FactorStatus Index1Equations::solve(double t, Workspace& ws, const VecX* extra, 
     klu_.solve({unknowns_.data(), static_cast<std::size_t>(unknowns_.size())});
     acceleration = unknowns_.head(system_.velocities());
     lambda = unknowns_.tail(system_.row_count());
+    if (system_.reaction_friction)
+        settle_reactions(t, ws, extra, acceleration, lambda);
     return status;
+}
+
+// Friction that reactions press on, by iteration: forces and multipliers in turn.
+void Index1Equations::settle_reactions(double t, Workspace& ws, const VecX* extra, VecX& acceleration,
+                                       VecX& lambda) {
+    constexpr int most_passes = 60;
+    for (int pass = 0; pass < most_passes; ++pass) {
+        ws.lambda = lambda;
+        ++evaluations_;
+        evaluate_forces(system_, t, ws);
+        unknowns_.head(system_.velocities()) = ws.f;
+        unknowns_.tail(system_.row_count()) = gamma_;
+        if (extra)
+            unknowns_.tail(system_.row_count()) += *extra;
+        klu_.solve({unknowns_.data(), static_cast<std::size_t>(unknowns_.size())});
+        acceleration = unknowns_.head(system_.velocities());
+        lambda = unknowns_.tail(system_.row_count());
+        if ((lambda - ws.lambda).cwiseAbs().maxCoeff() <= 1e-14 * lambda.cwiseAbs().maxCoeff())
+            return;
+    }
 }
 
 void Index1Equations::respond(const VecX& extra, VecX& acceleration) {

@@ -33,6 +33,8 @@ class Index1Equations {
     std::string name_of(int column) const;
 
   private:
+    void settle_reactions(double t, Workspace& ws, const VecX* extra, VecX& acceleration, VecX& lambda);
+
     const System& system_;
     SaddleMatrix matrix_;
     KluSolver klu_;

@@ -240,6 +240,7 @@ ErrorNorm::Value Radau::estimate_error(double t, double h) {
                            (1 / lag + z_matrix_decay_.array());
                 ws_.z += error_z_;
             }
+            ws_.lambda = state_.lambda;
             evaluate_forces(system_, t, ws_);
             evaluate_constraints(system_, t, state_.lambda.data(), false, ws_);
             ++statistics_.evaluations;
@@ -274,6 +275,7 @@ ErrorNorm::Value Radau::state_error(double t, double lag) {
 // ws_.f with reactions at the start of the step and the friction states of ws_.z.
 void Radau::start_forces() {
     set_motion(system_, state_.q, state_.u, ws_);
+    ws_.lambda = state_.lambda;
     evaluate_forces(system_, state_.t, ws_);
     evaluate_constraints(system_, state_.t, state_.lambda.data(), false, ws_);
     ++statistics_.evaluations;
@@ -301,6 +303,7 @@ void Radau::accept(double t, double h, double error) {
         update_angles(system_, t, ws_, ws_.angles);
         state_.angles = ws_.angles;
         watch_.commit(t - h, t, state_, ws_);
+        ws_.lambda = state_.lambda;
         evaluate_forces(system_, t, ws_);
         evaluate_constraints(system_, t, state_.lambda.data(), false, ws_);
         ++statistics_.evaluations;

@@ -171,6 +171,7 @@ void Radau::stage_residual(int i, double t, double h) {
     set_motion(system_, q_stage_, u_stage_, ws_);
     if (has_states())
         ws_.z = z_[i];
+    ws_.lambda = lambda_[i];
     evaluate_forces(system_, t, ws_);
     evaluate_constraints(system_, t, lambda_[i].data(), false, ws_);
     ++statistics_.evaluations;
@@ -268,8 +269,8 @@ Radau::Corrector Radau::correct(double t, double h) {
             contraction_ = sweeps_ == 2 ? ratio : std::sqrt(ratio * contraction_);
             ratio = contraction_;
             const int left = most_sweeps - sweeps_;
-            stalled = ratio > 0.95 ||
-                      (std::pow(ratio, left) / (1 - ratio) * increment_.norm > target && left < 8);
+            stalled =
+                ratio > 0.95 || (std::pow(ratio, left) / (1 - ratio) * increment_.norm > target && left < 8);
             if (stalled && increment_.norm > noise)
                 return Corrector::slow;
         }

@@ -25,6 +25,7 @@ struct Point {
     State state;
     VecX acceleration;
     VecX powers; // as State::work
+    VecX z_rate; // of the friction states
 };
 
 /// q' = T(q) u
@@ -58,6 +59,8 @@ class Rk4 final : public Integrator {
             point->powers = VecX::Zero(work_count(system));
         }
         power_ = power_sum_ = VecX::Zero(work_count(system));
+        for (VecX* z : {&source_, &decay_, &slope_z_, &sum_z_, &before_.z_rate, &now_.z_rate, &next_.z_rate})
+            *z = VecX::Zero(system.friction_states());
         external_ = ws_.external;
         stage_.q = before_.state.q;
         for (VecX* u : {&stage_.u, &slope_u_, &sum_u_, &response_})
@@ -84,6 +87,8 @@ class Rk4 final : public Integrator {
     void start(const State& state) override {
         now_.state = state;
         ws_.angles = state.angles;
+        ws_.z = state.z;
+        ws_.lambda = state.lambda;
         set_motion(system_, state.q, state.u, ws_);
         watch_.begin(now_.state, ws_);
         started_ = finish_point(now_);
@@ -101,6 +106,7 @@ class Rk4 final : public Integrator {
     StepOutcome failure(double t, const FactorStatus& status) const;
     StepOutcome check_finite(const State& state) const;
     void find_powers(double t, const VecX& lambda, VecX& out);
+    void find_state_rates(double t, VecX& out);
     void record(const StepOutcome& outcome, double h, double t_end);
 
     const System& system_;
@@ -116,8 +122,9 @@ class Rk4 final : public Integrator {
     State stage_;
     VecX power_, power_sum_;
     VecX slope_q_, slope_u_, sum_q_, sum_u_, response_;
-    VecX phi_, rate_, baumgarte_; // residuals at now_ and the terms made of them
-    VecX external_;               // loads now_ was evaluated with
+    VecX source_, decay_, slope_z_, sum_z_; // friction states
+    VecX phi_, rate_, baumgarte_;           // residuals at now_ and the terms made of them
+    VecX external_;                         // loads now_ was evaluated with
     StepOutcome started_;
     mutable Statistics statistics_;
 };
@@ -179,14 +186,17 @@ StepOutcome Rk4::take_step(double h, double t_end) {
     power_sum_.setZero();
     sum_q_.setZero();
     sum_u_.setZero();
+    sum_z_.setZero();
     for (int k = 0; k < 4; ++k) {
         if (k == 0) {
             stage_.q = from.q;
             stage_.u = from.u;
             slope_u_ = now_.acceleration + response_;
+            slope_z_ = now_.z_rate;
         } else {
             stage_.q = from.q + (h * node[k]) * slope_q_;
             stage_.u = from.u + (h * node[k]) * slope_u_;
+            ws_.z = from.z + (h * node[k]) * slope_z_;
             if (StepOutcome outcome = evaluate_stage(k == 3 ? t_end : from.t + h * node[k]); !outcome.ok)
                 return outcome;
         }
@@ -194,6 +204,7 @@ StepOutcome Rk4::take_step(double h, double t_end) {
         position_rate(system_.moving, stage_.q, stage_.u, slope_q_);
         sum_q_ += weight[k] * slope_q_;
         sum_u_ += weight[k] * slope_u_;
+        sum_z_ += weight[k] * slope_z_;
         power_sum_ += weight[k] * power_;
     }
     const PhaseTimer timer(statistics_.seconds.control);
@@ -201,6 +212,7 @@ StepOutcome Rk4::take_step(double h, double t_end) {
     to.t = t_end;
     to.q = from.q + h * sum_q_;
     to.u = from.u + h * sum_u_;
+    to.z = from.z + h * sum_z_;
     to.work = from.work + h * power_sum_;
     for (int i = 0; i < system_.moving; ++i)
         to.q.segment<4>(7 * i + 3).normalize();
@@ -213,12 +225,14 @@ StepOutcome Rk4::evaluate_stage(double t) {
     if (!status.ok())
         return failure(t, status);
     find_powers(t, stage_.lambda, power_);
+    find_state_rates(t, slope_z_);
     return {};
 }
 
 // Accelerations, multipliers, residuals, powers and angles at an end of a step.
 StepOutcome Rk4::finish_point(Point& point) {
     State& s = point.state;
+    ws_.z = s.z;
     set_motion(system_, s.q, s.u, ws_);
     external_ = ws_.external;
     const FactorStatus status = equations_.solve(s.t, ws_, nullptr, point.acceleration, s.lambda);
@@ -234,9 +248,17 @@ StepOutcome Rk4::finish_point(Point& point) {
             std::max(statistics_.constraint_velocity_max, rate_.cwiseAbs().maxCoeff());
     }
     find_powers(s.t, s.lambda, point.powers);
+    find_state_rates(s.t, point.z_rate);
     update_angles(system_, s.t, ws_, ws_.angles);
     s.angles = ws_.angles;
     return {};
+}
+
+void Rk4::find_state_rates(double t, VecX& out) {
+    if (system_.friction_states() == 0)
+        return;
+    state_terms(system_, t, ws_, source_, decay_);
+    out = source_ - decay_.cwiseProduct(ws_.z);
 }
 
 void Rk4::find_powers(double t, const VecX& lambda, VecX& out) {
@@ -295,6 +317,8 @@ void Rk4::interpolate(double t, State& out) const {
     }
     out.u = a.u + c * (b.u - a.u) + h * (c0 * before_.acceleration + c1 * now_.acceleration);
     out.lambda = a.lambda + s * (b.lambda - a.lambda);
+    if (system_.friction_states() > 0)
+        out.z = a.z + c * (b.z - a.z) + h * (c0 * before_.z_rate + c1 * now_.z_rate);
     out.contacts = b.contacts;
     watch_.memory_inside(out.contacts);
     out.work = a.work + c * (b.work - a.work) + h * (c0 * before_.powers + c1 * now_.powers);

@@ -69,6 +69,7 @@ struct Simulation::Impl {
         ws.angles = state.angles;
         ws.contacts = state.contacts;
         ws.z = state.z;
+        ws.lambda = state.lambda;
         ws.external = integrator->workspace().external;
         State& s = sample.state;
         if (!consistent.project_positions(s.t, s.q, s.u, ws) ||
@@ -198,6 +199,8 @@ Simulation::Matrices Simulation::matrices() {
     const State& now = impl_->now;
     Workspace& ws = impl_->ws;
     ws.angles = now.angles;
+    ws.contacts = now.contacts;
+    ws.z = now.z;
     set_motion(s, now.q, now.u, ws);
     linearise(s, now.t, now.lambda.data(), ws);
     return {mass_matrix(s), blocks_as_matrix(s, ws.lin.C), blocks_as_matrix(s, ws.lin.S),

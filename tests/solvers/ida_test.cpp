@@ -87,7 +87,7 @@ TEST(IdaEquations, ResidualVanishesAtAConsistentStart) {
     EXPECT_GT(du.norm(), 1);
     VecX y(equations.size()), ydot(equations.size()), f(equations.size());
     equations.pack(state, y.data());
-    equations.pack_rates(y.data(), du, ydot.data());
+    equations.pack_rates(0, y.data(), du, ydot.data());
     ASSERT_TRUE(equations.residual(0, y.data(), ydot.data(), f.data()));
     EXPECT_LT(f.cwiseAbs().maxCoeff(), 1e-13);
 }
