@@ -139,7 +139,7 @@ std::unique_ptr<ForceBatch> build_angles(const CompileContext& context) {
             set_stop(context, j, coordinate, stop, x);
             batch->add(std::move(x));
         }
-        if (held_by_contact(joint, Motion::rotation)) { // key or spline
+        if (held_by_contact(joint, Motion::rotation) && joint.clearance->model != "slot") { // key or spline
             auto x = add("angle");
             const double play = joint.clearance->rotation.value_or(0);
             x.lower = -play;
