@@ -140,9 +140,10 @@ TEST(Mechanisms, ListsTheOnesOfTheContract) {
     for (const Mechanism& m : mechanisms())
         names.push_back(m.name);
     EXPECT_EQ(names, (std::vector<std::string>{"pendulum", "chain", "four-bar", "slider-crank", "heavy-top",
-                                               "triple-pendulum", "suspension-chain", "hmmwv-corner"}));
+                                               "triple-pendulum", "suspension-chain", "hmmwv-corner",
+                                               "bouncing-journal", "tilted-journal", "stick-slip"}));
     EXPECT_EQ(find_mechanism("no such"), nullptr);
-    const std::vector<double> ends{10, 1, 10, 5, 2, 4, 5, 5};
+    const std::vector<double> ends{10, 1, 10, 5, 2, 4, 5, 5, 1, 0.2, 40};
     for (std::size_t i = 0; i < names.size(); ++i) {
         const Model model = build_mechanism(names[i]);
         EXPECT_EQ(model.end, ends[i]) << names[i];
@@ -171,7 +172,11 @@ TEST(Mechanisms, EveryVariantStartsClosedWithPossibleBodies) {
         for (const Joint& joint : model.joints) {
             EXPECT_TRUE(names.insert(joint.name).second) << joint.name;
             EXPECT_EQ(joint.fidelity == Fidelity::bushing, joint.bushing.has_value()) << joint.name;
-            expect_closed(model, joint);
+            EXPECT_EQ(joint.fidelity == Fidelity::clearance, joint.clearance.has_value()) << joint.name;
+            if (joint.fidelity == Fidelity::clearance)
+                EXPECT_EQ(joint.points[0], joint.points[1]) << joint.name; // centred
+            else
+                expect_closed(model, joint);
         }
     }
 }
@@ -383,6 +388,130 @@ TEST(Mechanisms, SuspensionChainHasTheElements) {
     EXPECT_EQ(perfect.forces.size(), 2 * 4u);
 }
 
+void expect_law(const ContactLaw& law, double stiffness, double restitution) {
+    EXPECT_EQ(law.kind, "lankarani-nikravesh");
+    EXPECT_EQ(law.stiffness, stiffness);
+    EXPECT_EQ(law.exponent, 1.5);
+    EXPECT_EQ(law.restitution, restitution);
+}
+
+TEST(Mechanisms, SliderCrankLoosensOneJoint) {
+    const Model ball = build_mechanism("slider-crank", {{"joint", "spherical"}});
+    const Joint& b = joint_of(ball, "B");
+    EXPECT_EQ(b.fidelity, Fidelity::clearance);
+    EXPECT_EQ(b.clearance.value().radial, 1e-4);
+    expect_law(b.clearance->law, 5e6, 0.75);
+    EXPECT_EQ(joint_of(ball, "A").fidelity, Fidelity::perfect);
+    EXPECT_EQ(ball.parameters.at("stiffness"), 5e6);
+
+    const Model worn = build_mechanism("slider-crank", {{"joint", "revolute"}, {"clearance", "1e-3"}});
+    const Joint& a = joint_of(worn, "A");
+    EXPECT_EQ(a.fidelity, Fidelity::clearance);
+    EXPECT_EQ(a.kind, JointKind::revolute);
+    EXPECT_EQ(a.bodies, (std::array<std::string, 2>{"ground", "crank"}));
+    EXPECT_FALSE(a.clearance.value().bearing_on_b);
+    EXPECT_EQ((*a.axes)[0], Vec3::UnitX());
+    EXPECT_EQ(a.clearance->radial, 1e-3);
+    EXPECT_EQ(a.clearance->axial, 1e-3);
+    EXPECT_EQ(a.clearance->radius, 0.01);
+    EXPECT_EQ(a.clearance->length, 0.04);
+    EXPECT_EQ(a.clearance->strips, 8);
+    EXPECT_FALSE(a.clearance->axial_law); // that of the radial contact, with its whole stiffness
+    expect_law(a.clearance->law, 5e7, 0.75);
+    EXPECT_EQ(joint_of(worn, "B").fidelity, Fidelity::perfect);
+    EXPECT_EQ(worn.parameters.at("stiffness"), 5e7);
+
+    const Model other = build_mechanism("slider-crank", {{"joint", "revolute"},
+                                                         {"stiffness", "3e6"},
+                                                         {"restitution", "0.9"},
+                                                         {"length", "0.02"},
+                                                         {"strips", "5"}});
+    expect_law(joint_of(other, "A").clearance->law, 3e6, 0.9);
+    EXPECT_EQ(joint_of(other, "A").clearance->length, 0.02);
+    EXPECT_EQ(joint_of(other, "A").clearance->strips, 5);
+}
+
+TEST(Mechanisms, TriplePendulumStops) {
+    const Model model = build_mechanism("triple-pendulum");
+    const Stop& slide = joint_of(model, "J2").stops.at("slide");
+    const Stop& angle = joint_of(model, "J3").stops.at("angle");
+    EXPECT_EQ(joint_of(model, "J2").stops.size(), 1u);
+    EXPECT_EQ(slide.lower, -0.25);
+    EXPECT_EQ(slide.upper, 0.25);
+    expect_law(slide.law, 1e5, 0.75);
+    EXPECT_EQ(angle.lower, -pi / 4);
+    EXPECT_EQ(angle.upper, pi / 4);
+    expect_law(angle.law, 1e3, 0.75);
+
+    const Model soft = build_mechanism("triple-pendulum", {{"law", "kelvin-voigt"}});
+    const ContactLaw& law = joint_of(soft, "J3").stops.at("angle").law;
+    EXPECT_EQ(law.kind, "kelvin-voigt");
+    EXPECT_EQ(law.stiffness, 1e3);
+    EXPECT_EQ(law.restitution, 0.01);
+    EXPECT_EQ(law.speed, 0.1);
+    EXPECT_EQ(joint_of(soft, "J2").stops.at("slide").law.stiffness, 1e5);
+    EXPECT_TRUE(joint_of(build_mechanism("triple-pendulum", {{"stops", "0"}}), "J2").stops.empty());
+}
+
+TEST(Mechanisms, SuspensionChainWithBearings) {
+    const Model loose = build_mechanism("suspension-chain",
+                                        {{"joints", "clearance"}, {"clearance", "2e-4"}, {"strips", "4"}});
+    for (const char* name : {"LI0L", "LI0R", "UI0L", "UI0R"}) {
+        const Joint& joint = joint_of(loose, name);
+        EXPECT_EQ(joint.fidelity, Fidelity::clearance) << name;
+        EXPECT_EQ(joint.bodies[0], "chassis0");
+        EXPECT_FALSE(joint.clearance.value().bearing_on_b);
+        EXPECT_EQ(joint.clearance->radius, 0.006);
+        EXPECT_EQ(joint.clearance->length, 0.04);
+        EXPECT_EQ(joint.clearance->radial, 2e-4);
+        EXPECT_EQ(joint.clearance->axial, 2e-4);
+        EXPECT_EQ(joint.clearance->strips, 4);
+        expect_law(joint.clearance->law, 1e9, 0.8);
+    }
+    EXPECT_EQ(force_of<SpringDamper>(loose, "tie0R").stiffness, 2e7);
+    const Model mixed = build_mechanism("suspension-chain", {{"joints", "mixed"}});
+    EXPECT_EQ(joint_of(mixed, "LI0L").fidelity, Fidelity::bushing);
+    EXPECT_EQ(joint_of(mixed, "UI0L").fidelity, Fidelity::clearance);
+    EXPECT_EQ(joint_of(mixed, "UI0L").clearance->strips, 16);
+    EXPECT_EQ(force_of<SpringDamper>(mixed, "tie0R").stiffness, 2e7);
+}
+
+TEST(Mechanisms, JournalsStartCentred) {
+    const Model bouncing = build_mechanism("bouncing-journal");
+    const Clearance& wide = joint_of(bouncing, "bearing").clearance.value();
+    EXPECT_EQ(wide.radial, 1e-3);
+    EXPECT_EQ(wide.radius, 0.011);
+    EXPECT_EQ(wide.length, 0.02);
+    EXPECT_EQ(wide.strips, 8);
+    expect_law(wide.law, 5e6, 0.75);
+    const Model steel = build_mechanism("bouncing-journal", {{"law", "cylinder"}});
+    const ContactLaw& law = joint_of(steel, "bearing").clearance->law;
+    EXPECT_EQ(law.kind, "cylinder");
+    EXPECT_FALSE(law.stiffness);
+    for (const Material& side : law.materials.value()) {
+        EXPECT_EQ(side.young, 207e9);
+        EXPECT_EQ(side.poisson, 0.3);
+    }
+
+    const Model tilted = build_mechanism("tilted-journal");
+    const Body& journal = body_of(tilted, "journal");
+    const Vec4 p(0.49561769378289866, 0.50434422928127265, 0.50434422928127265, 0.49561769378289866);
+    EXPECT_LE((journal.orientation - p).norm(), 1e-15); // the reference's start
+    EXPECT_EQ(journal.inertia.diagonal(), Vec3(4e-3, 4e-3, 2e-4));
+    EXPECT_EQ(journal.velocity, Vec3(0.01, 0.03, 0));
+    EXPECT_EQ(journal.angular_velocity, Vec3(0.4, 0.3, 50));
+    const Joint& bearing = joint_of(tilted, "bearing");
+    expect_near((*bearing.axes)[0], Vec3::UnitX(), 0, "bearing");
+    const double tilt = pi / 180; // about +Y: the axis dips
+    expect_near((*bearing.axes)[1], {std::cos(tilt), 0, -std::sin(tilt)}, 1e-15, "journal");
+    EXPECT_EQ(bearing.clearance.value().strips, 16);
+    EXPECT_EQ(bearing.clearance->radial, 5e-4);
+    expect_law(bearing.clearance->law, 1e8, 0.8);
+    const Model other = build_mechanism("tilted-journal", {{"ty", "0"}, {"tz", "2"}, {"tilt", "0.1"}});
+    expect_near((*joint_of(other, "bearing").axes)[1], {std::cos(0.1), std::sin(0.1), 0}, 1e-15, "about Z");
+    EXPECT_THROW(build_mechanism("tilted-journal", {{"ty", "0"}}), ModelError);
+}
+
 /// Corner moved by the angle of its lower arm, worked out from distances alone.
 class CornerByDistances {
   public:
@@ -531,8 +660,9 @@ TEST(Mechanisms, RefuseWhatIsNotAllowed) {
                        "a whole number from 1 to 1000000");
     expect_refused("chain", {{"joint", "prismatic"}}, "/parameters/joint", "prismatic",
                    "revolute, spherical, universal");
-    expect_refused("slider-crank", {{"joint", "spherical"}}, "/parameters/joint", "spherical", "perfect");
-    expect_refused("triple-pendulum", {{"stops", "1"}}, "/parameters/stops", "1", "0");
+    expect_refused("slider-crank", {{"joint", "rubber"}}, "/parameters/joint", "rubber", "spherical");
+    expect_refused("triple-pendulum", {{"stops", "2"}}, "/parameters/stops", "2", "0");
+    expect_refused("bouncing-journal", {{"restitution", "0"}}, "/parameters/restitution", "0", "1");
     expect_refused("heavy-top", {{"mass", "-1"}}, "/parameters/mass", "-1", "kg");
     expect_refused("heavy-top", {{"iaxial", "0.05"}}, "/parameters/iaxial", "0.05", "twice iperp");
     EXPECT_NO_THROW(build_mechanism("heavy-top", {{"iaxial", "0.04"}}));
