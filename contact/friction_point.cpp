@@ -35,28 +35,49 @@ PointFriction point_friction(const FrictionLaw& law, const double* z, const Body
     out.normal_force = normal_force;
     out.tangential = Mat3::Identity() - c.n * c.n.transpose();
     out.slip = out.tangential * (point_velocity_at(b, c.p) - point_velocity_at(a, c.p));
-    const Vec3 bristles = z ? Vec3(a.A * Eigen::Map<const Vec3>(z)) : Vec3(Vec3::Zero());
-    out.f = evaluate_friction<3>(law, out.slip, bristles);
+    if (z)
+        out.bristles = Eigen::Map<const Vec3>(z);
+    out.f = evaluate_friction<3>(law, out.slip, Vec3(a.A * out.bristles));
     out.force = -normal_force * (out.tangential * out.f.mu);
     return out;
 }
 
+// C = J^T (N P mu_v P J + P mu dN/du). With F the force on b, dF = -(dN P mu + N dP mu + N P dmu), dP x =
+// -(dn (n.x) + n (dn.x)); mu changes with the slip, P V, and with the bristles that turn with a.
 void add_friction_linearisation(const PointFriction& friction, const BodyMotion& a, const BodyMotion& b,
-                                const ContactPoint& c, const Gradient<1>& depth_rate,
-                                const Gradient<1>& change, double by_rate, BlockMatrix& C, BlockMatrix& S) {
+                                const ContactPoint& c, const ContactPointRates& rates,
+                                const Gradient<1>& depth_rate, const Gradient<1>& change, double by_rate,
+                                BlockMatrix& C, BlockMatrix& S) {
     const Gradient<3> j = relative_velocity(a, b, c.p), dj = relative_velocity_change(a, b, c.p);
     const Mat3& P = friction.tangential;
-    const Mat3 by_slip = friction.normal_force * (P * friction.f.by_speed * P);
-    const Vec3 direction = P * friction.f.mu; // -(force on b)/N
-    for (int row = 0; row < 4; ++row) {
-        const Mat3 left = j.part(row).transpose();
-        const Mat3 slip = left * by_slip;
-        const Vec3 pressed = left * direction;
-        for (int col = 0; col < 4; ++col) {
-            C.block[row][col] += slip * j.part(col) + by_rate * pressed * depth_rate.part(col);
-            S.block[row][col] += slip * dj.part(col) + pressed * change.part(col);
-        }
+    const Mat3 by_speed = friction.normal_force * (P * friction.f.by_speed);
+    const Vec3 pressed = P * friction.f.mu, &F = friction.force, arm_a = c.p - a.r, arm_b = c.p - b.r;
+    const Vec3 velocity = point_velocity_at(b, c.p) - point_velocity_at(a, c.p);
+    const auto tilt = [&](const Vec3& x) -> Mat3 { // d(P x)/dn
+        return -c.n.dot(x) * Mat3::Identity() - c.n * x.transpose();
+    };
+    const Mat3 by_n = friction.normal_force * tilt(friction.f.mu) + by_speed * tilt(velocity);
+    const Mat3 by_p = by_speed * P * skew(b.A * b.w - a.A * a.w);
+    for (int col = 0; col < 4; ++col) {
+        const Mat3 by_u = by_speed * P * j.part(col) + pressed * by_rate * depth_rate.part(col);
+        Mat3 x = pressed * change.part(col) + by_n * rates.n.part(col) + by_p * rates.p.part(col) +
+                 by_speed * P * dj.part(col); // -dF
+        if (col == 1)
+            x -= friction.normal_force * friction.f.by_state * P * a.A * skew(friction.bristles);
+        Mat3 point_a = rates.p.part(col), point_b = point_a;
+        if (col == 0)
+            point_a -= Mat3::Identity();
+        if (col == 2)
+            point_b -= Mat3::Identity();
+        for (int row = 0; row < 4; ++row)
+            C.block[row][col] += j.part(row).transpose() * by_u;
+        S.block[0][col] -= x;
+        S.block[1][col] -= a.A.transpose() * (skew(arm_a) * x + skew(F) * point_a);
+        S.block[2][col] += x;
+        S.block[3][col] += b.A.transpose() * (skew(arm_b) * x + skew(F) * point_b);
     }
+    S.block[1][1] += skew(a.A.transpose() * arm_a.cross(F));
+    S.block[3][3] -= skew(b.A.transpose() * arm_b.cross(F));
 }
 
 void point_state_terms(const PointFriction& friction, const BodyMotion& a, double* source, double* decay) {

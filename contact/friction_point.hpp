@@ -6,9 +6,7 @@
 // with the bearing; what of them leaves the tangent plane as the point travels around it does not push.
 // While the point is apart they relax (friction_law.hpp).
 //
-// Derivatives: exact over velocities and over the normal force; of the pose, the change of N and of v at a
-// fixed point and normal. Left out of S, of the size of the friction force over the radius: how point and
-// normal travel, the change of source and decay with the pose.
+// Derivatives are exact, but for the change of source and decay with the pose, which S leaves out.
 #pragma once
 
 #include "contact/friction_law.hpp"
@@ -21,6 +19,7 @@ namespace gudgeon {
 struct PointFriction {
     FrictionValue<3> f;
     Mat3 tangential = Mat3::Zero();                   // I - n n^T
+    Vec3 bristles = Vec3::Zero();                     // m, in a's frame
     Vec3 slip = Vec3::Zero();                         // m/s, global
     Vec3 force = Vec3::Zero();                        // N, global, on b
     double normal_force = 0;                          // N
@@ -34,8 +33,9 @@ PointFriction point_friction(const FrictionLaw& law, const double* z, const Body
 /// C += -df/du and S += -df/dq; depth_rate is B of the normal force's speed, change = dN/dq, by_rate =
 /// dN/d(rate).
 void add_friction_linearisation(const PointFriction& friction, const BodyMotion& a, const BodyMotion& b,
-                                const ContactPoint& c, const Gradient<1>& depth_rate,
-                                const Gradient<1>& change, double by_rate, BlockMatrix& C, BlockMatrix& S);
+                                const ContactPoint& c, const ContactPointRates& rates,
+                                const Gradient<1>& depth_rate, const Gradient<1>& change, double by_rate,
+                                BlockMatrix& C, BlockMatrix& S);
 
 /// z' = source - decay z of the three states.
 void point_state_terms(const PointFriction& friction, const BodyMotion& a, double* source, double* decay);

@@ -62,8 +62,8 @@ void PointKernel<Shape>::linearise(const Evaluation& e, const Element& x, BlockM
         const Gradient<1> g = depth_gradient(a, b, point);
         const Gradient<1> change =
             combined(f.by_depth, g, f.by_rate, depth_rate_gradient(a, b, point, rates, g));
-        add_friction_linearisation(friction_of(e, x, i, point, f.force), a, b, point, g, change, f.by_rate, c,
-                                   s);
+        add_friction_linearisation(friction_of(e, x, i, point, f.force), a, b, point, rates, g, change,
+                                   f.by_rate, c, s);
     }
 }
 

@@ -226,7 +226,7 @@ void StripBatch::add_linearisation(const Evaluation& e, Linearisation& lin) cons
                 add_contact_linearisation(a, b, touch.point, rates, g, touch.f.force, change, touch.f.by_rate,
                                           c, s);
                 if (x.friction)
-                    add_friction_linearisation(friction_of(e, x, touch), a, b, touch.point, g, change,
+                    add_friction_linearisation(friction_of(e, x, touch), a, b, touch.point, rates, g, change,
                                                touch.f.by_rate, c, s);
             });
         lin.add(lin.C, x.pair, couple_all, c);
