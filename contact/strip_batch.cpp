@@ -353,12 +353,17 @@ void StripBatch::strip_samples(const Evaluation& e, const StripJoint& x, const P
         const double share = cover.fraction * x.share;
         const int channel = (strip - x.first_strip) * most_points * slots + found.memory[i] * slots;
         const NormalForce f = contact_force(e, x.law, x.channel + channel, share, p.depth, rate);
-        const double inverse = inverse_mass(e, x.a, x.b, depth_gradient(a, b, p));
+        // wanted of new contacts only
+        const bool fresh = exactly || (p.depth > 0 && e.start_speed[x.channel + channel] < 0);
+        const double inverse = fresh ? inverse_mass(e, x.a, x.b, depth_gradient(a, b, p)) : 0;
+        // and the place only where both sides may touch
+        const bool two_sided = radius_[strip] * std::abs(pose.pose.cosine) < x.cylinders.journal_radius;
         const Mat3& A = a.A;
         for (int slot = 0; slot < slots; ++slot) {
             ContactSample& sample = out[found.memory[i] * slots + slot];
             sample = contact_sample(x.law, f, slot, p.depth, rate, share, inverse);
-            sample.place = std::atan2(p.radial.dot(A * x.across), p.radial.dot(A * x.reference));
+            if (two_sided)
+                sample.place = std::atan2(p.radial.dot(A * x.across), p.radial.dot(A * x.reference));
             sample.normal_force = (x.swapped ? sample.force : -sample.force) * p.n;
             if (x.friction && slot == 0 && sample.force > 0) {
                 const Touch touch{p, rate, cover, share, f, channel / slots};

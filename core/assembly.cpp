@@ -239,14 +239,28 @@ std::vector<JointContact> joint_contacts(const System& system, const Workspace& 
     return out;
 }
 
-void powers(const System& system, double t, const double* lambda, Workspace& ws, VecX& out) {
-    const Energies sum = energies(system, t, lambda, ws);
+void powers(const System& system, double t, const double* lambda, Workspace& ws, VecX& out, bool sampled) {
+    const Evaluation e = evaluation(system, ws, t);
     out.setZero();
-    out[0] = sum.dissipated_power;
-    out[1] = sum.input_power;
-    sample_contacts(system, t, ws);
-    for (std::size_t i = 0; i < system.contacts.size(); ++i)
+    for (int i = 0; i < system.moving; ++i)
+        out[1] +=
+            ws.external.segment<3>(6 * i).dot(ws.motion[i].v) + external_moment(ws, i).dot(ws.motion[i].w);
+    for (const auto& batch : system.forces) {
+        if (batch->has_contacts())
+            continue;
+        const EnergyRates rates = batch->energies(e);
+        out[0] += rates.dissipated_power;
+        out[1] += rates.input_power;
+    }
+    if (lambda)
+        for (const auto& batch : system.constraints)
+            out[1] += batch->drive_power(e, lambda);
+    if (!sampled)
+        sample_contacts(system, t, ws);
+    for (std::size_t i = 0; i < system.contacts.size(); ++i) {
+        out[0] += ws.samples[i].dissipated_power;
         out[2 + system.joints[system.contacts[i].joint].contact] += ws.samples[i].dissipated_power;
+    }
 }
 
 void state_terms(const System& system, double t, Workspace& ws, VecX& source, VecX& decay) {

@@ -48,8 +48,10 @@ struct Energies {
 /// the global origin's height.
 Energies energies(const System& system, double t, const double* lambda, Workspace& ws);
 
-/// Powers as State::work counts them, at ws.motion; fills ws.samples where there are contacts.
-void powers(const System& system, double t, const double* lambda, Workspace& ws, VecX& out);
+/// Powers as State::work counts them, at ws.motion; fills ws.samples where there are contacts, unless they
+/// are known already.
+void powers(const System& system, double t, const double* lambda, Workspace& ws, VecX& out,
+            bool sampled = false);
 
 /// ws.samples: all contacts at ws.motion.
 void sample_contacts(const System& system, double t, Workspace& ws);

@@ -140,9 +140,9 @@ class ForceBatch {
     /// Appends its channels once; the batch keeps the number of its first one.
     virtual void declare_contacts(int /*batch*/, std::vector<ContactChannel>&) {}
     virtual bool has_contacts() const { return false; }
-    /// samples[channel] of all own channels.
+    /// samples[channel] of all own channels: exact where something touches, else a negative bound may do.
     virtual void sample_contacts(const Evaluation&, std::span<ContactSample>) const {}
-    /// One of them, by its number in the system; reads the motion of its two bodies only.
+    /// One of them, exactly, by its number in the system; reads the motion of its two bodies only.
     virtual ContactSample sample_contact(const Evaluation&, int /*channel*/) const { return {}; }
     /// Depth at which the whole joint's law has stored an energy (J), or pushes with a force (N): divide by
     /// ContactSample::share first.

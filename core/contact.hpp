@@ -30,7 +30,7 @@ struct ContactSample {
     double elastic = 0;               // J
     double place = 0;                 // kept in the memory, meaning set by the batch
     double share = 1;                 // of the law's force that this channel carries now
-    double inverse_mass = 0;          // 1/kg or 1/(kg m2): B M^-1 B^T of the two bodies
+    double inverse_mass = 0;          // 1/kg or 1/(kg m2): B M^-1 B^T of the two bodies; 0 where not found
     Vec3 normal_force = Vec3::Zero(); // N, on b, global; zero for moments
     Vec3 friction_force = Vec3::Zero();
 };

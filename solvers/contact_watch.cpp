@@ -12,7 +12,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double energy_per_tolerance = 20, largest_share = 1e-2;
 constexpr double root_share = 1e-3;   // of the threshold: an onset counts as met
-constexpr double aim = 0.5;           // of the threshold: where a repeated step should end
+constexpr double aim = 0.2;           // of the threshold: where a repeated step should end
 constexpr double least_share = 1e-6;  // of a strip that the journal hardly covers
 constexpr double step_per_rise = 0.2; // first step in a contact, of the time to its greatest depth
 
@@ -166,6 +166,22 @@ ContactWatch::Verdict ContactWatch::look(double t0, double t1, Workspace& ws, co
     return verdict;
 }
 
+// Last passage through zero in the step, by the cubic through depth and rate at both its ends.
+ContactEvent ContactWatch::end_of_contact(double t0, double t1, int channel, Workspace& ws) const {
+    const ContactSample& a = before_[channel];
+    const ContactSample b =
+        system_.forces[system_.contacts[channel].batch]->sample_contact(evaluation(system_, ws, t1), channel);
+    const double h = t1 - t0;
+    double low = 0, high = 1;
+    for (int i = 0; i < 50 && a.depth > 0; ++i) {
+        const double s = 0.5 * (low + high), r = 1 - s;
+        const double depth = r * r * (1 + 2 * s) * a.depth + s * s * (3 - 2 * s) * b.depth +
+                             h * s * r * (r * a.rate - s * b.rate);
+        (depth > 0 ? low : high) = s;
+    }
+    return {ContactEvent::Kind::end, t0 + low * h, channel, 0, b.rate};
+}
+
 void ContactWatch::begin_contact(const Crossing& start, const ContactSample& sample, State& state) {
     changed_ = true;
     state.contacts.start_speed[start.channel] = start.speed;
@@ -187,6 +203,8 @@ void ContactWatch::commit(double t0, double t1, State& state, Workspace& ws) {
     changed_ = false;
     if (idle())
         return;
+    std::ranges::sort(starts_, {}, &Crossing::t);
+    std::vector<ContactEvent> ended;
     for (const Crossing& start : std::exchange(starts_, {}))
         begin_contact(start, ws.samples[start.channel], state);
     for (int c = 0; c < system_.channels(); ++c) {
@@ -194,26 +212,21 @@ void ContactWatch::commit(double t0, double t1, State& state, Workspace& ws) {
         if (sample.depth <= 0 && touching(state.contacts, c)) {
             state.contacts.start_speed[c] = -1;
             changed_ = true;
-            if (on_contact) {
-                const double h = t1 - t0; // last passage through zero, by the cubic through both ends
-                double low = 0, high = 1;
-                const ContactSample& a = before_[c];
-                for (int i = 0; i < 40 && a.depth > 0; ++i) {
-                    const double s = 0.5 * (low + high), r = 1 - s;
-                    const double depth = r * r * (1 + 2 * s) * a.depth + s * s * (3 - 2 * s) * sample.depth +
-                                         h * s * r * (r * a.rate - s * sample.rate);
-                    (depth > 0 ? low : high) = s;
-                }
-                tell(ContactEvent::Kind::end, c, t0 + low * h, 0, sample.rate);
-            }
-        } else if (onset_ == Onset::root && sample.depth <= 0 && sample.rate > 0 &&
-                   -sample.depth <= threshold(c, sample.rate, sample)) {
-            begin_contact({c, t1, sample.rate}, sample, state); // met from below by rounding
+            if (on_contact)
+                ended.push_back(end_of_contact(t0, t1, c, ws));
+        } else if (onset_ == Onset::root && sample.depth <= 0 && sample.rate > 0) {
+            const ContactSample exact =
+                system_.forces[system_.contacts[c].batch]->sample_contact(evaluation(system_, ws, t1), c);
+            if (exact.rate > 0 && -exact.depth <= threshold(c, exact.rate, exact))
+                begin_contact({c, t1, exact.rate}, exact, state); // met from below by rounding
         }
         state.contacts.place[c] = sample.place;
     }
+    std::ranges::stable_sort(ended, {}, &ContactEvent::t);
+    for (const ContactEvent& event : ended)
+        on_contact(event);
     ws.contacts = state.contacts;
-    if (!starts_.empty() || onset_ == Onset::root)
+    if (changed_)
         sample_contacts(system_, t1, ws);
     record(t0, t1, state, ws);
     before_ = ws.samples;

@@ -65,6 +65,7 @@ class ContactWatch {
     Verdict look(double t0, double t1, Workspace& ws, const MotionAt& motion_at);
     ContactSample sample_at(double t, int channel, Workspace& ws, const MotionAt& motion_at);
     Crossing crossing(double t0, double t1, int channel, Workspace& ws, const MotionAt& motion_at);
+    ContactEvent end_of_contact(double t0, double t1, int channel, Workspace& ws) const;
     double threshold(int channel, double speed, const ContactSample& sample) const;
     void begin_contact(const Crossing& start, const ContactSample& sample, State& state);
     void record(double t0, double t1, State& state, Workspace& ws);

@@ -124,12 +124,15 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
         }
         count_rejection(reason_of(result), t, order_, increment_.norm);
         lambda_points_ = 1; // wild multipliers may be the cause
+        full_h_ = 0;
         h_ = 0.25 * h;
         if (rejections_in_row_ > 20 || h_ < smallest_step())
             return failure(reason_of(result), "the corrector did not converge");
         return {};
     }
-    const double constant = h / (t - history_.time(order_));
+    double constant = h / (t - history_.time(order_));
+    if (history_.time(order_) < kink_) // the predictor's points lie on both sides of an onset
+        constant = std::max(constant, 0.5);
     {
         const PhaseTimer timer(statistics_.seconds.control);
         error_ = norm_.difference(history_.next_q(), q_predicted_, history_.next_u(), u_predicted_, constant);
@@ -195,6 +198,7 @@ void Gear::motion_in_step(double t, int body, BodyMotion& out) const {
 // After a failed error test: a shorter step, perhaps at a lower order.
 void Gear::shorten(double t, double h) {
     count_rejection(StepReason::error_test, t, order_, error_.norm);
+    full_h_ = 0; // the longer step would fail too
     if (order_ > 2) {
         if (statistics_.steps - last_rejection_ < rejection_window) {
             order_cap_ = order_ - 1;
@@ -224,6 +228,7 @@ void Gear::shorten(double t, double h) {
 
 void Gear::accept(double t, double h, double error) {
     count_acceptance(t, h, order_, error);
+    step_order_ = order_;
     {
         const PhaseTimer timer(statistics_.seconds.control);
         h_ = h;
@@ -247,6 +252,7 @@ void Gear::accept(double t, double h, double error) {
     watch_.commit(t - h, t, state_, ws_);
     if (const double follow = watch_.suggested_step(); std::isfinite(follow)) {
         h_ = std::min(std::max(h_, full_h_), follow);
+        kink_ = t;
         order_ = 1;
         steps_at_order_ = 0;
     } else if (full_h_ > 0) {
@@ -315,11 +321,11 @@ void Gear::integrate_powers(double t) {
         std::swap(power_[i], power_[i - 1]);
     }
     power_t_[0] = t;
-    powers(system_, t, state_.lambda.data(), ws_, power_[0]);
+    powers(system_, t, state_.lambda.data(), ws_, power_[0], !watch_.idle());
     powers_ = kept + 1;
     if (powers_ == 1)
         return;
-    const int n = std::min(powers_, order_ + 2);
+    const int n = std::min(powers_, std::max(order_, step_order_) + 2);
     std::array<double, BdfHistory::capacity> w{};
     integration_weights({power_t_.data(), static_cast<std::size_t>(n)}, power_t_[1], t, w.data());
     for (int i = 0; i < n; ++i)
@@ -327,7 +333,7 @@ void Gear::integrate_powers(double t) {
 }
 
 void Gear::interpolate(double t, State& out) const {
-    const int n = std::min(history_.points(), std::max(order_, 1) + 1);
+    const int n = std::min(history_.points(), std::max({order_, step_order_, 1}) + 1);
     std::array<double, BdfHistory::capacity> w{};
     interpolation_weights(history_.times(n), t, w.data());
     out.t = t;
@@ -347,7 +353,7 @@ void Gear::interpolate(double t, State& out) const {
     out.work = state_.work;
     if (powers_ < 2 || t == state_.t)
         return;
-    const int k = std::min(powers_, order_ + 2);
+    const int k = std::min(powers_, std::max(order_, step_order_) + 2);
     integration_weights({power_t_.data(), static_cast<std::size_t>(k)}, t, state_.t, w.data());
     for (int i = 0; i < k; ++i)
         out.work -= w[i] * power_[i];

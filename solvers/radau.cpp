@@ -96,6 +96,7 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
             return {};
         }
         count_rejection(reason_of(result), t, order, increment_.norm);
+        full_h_ = 0;
         matrix_current_ = false;
         contraction_ = 0.1;
         failed_h_ = h;
@@ -112,6 +113,7 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
         quotient = std::clamp(std::pow(std::max(error_.norm, 1e-12), 0.25) / work, 1.0 / 8, 5.0);
     if (!(error_.norm < 1)) {
         count_rejection(StepReason::error_test, t, order, error_.norm);
+        full_h_ = 0; // the longer step would fail too
         h_ = have_last_ ? h / std::max(quotient, 1.1) : 0.1 * h;
         if (contraction_ > good_contraction)
             matrix_current_ = false;
