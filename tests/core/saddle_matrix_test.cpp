@@ -42,6 +42,15 @@ void expect_regular_symmetric(const CscPattern& p) {
     EXPECT_EQ(present, MatX(present.transpose()));
 }
 
+/// A row over (v_a, w_a, v_b, w_b) among all velocities.
+VecX over_velocities(const System& system, int a, int b, const Gradient<1>& g) {
+    VecX out = VecX::Zero(system.velocities());
+    for (int part = 0; part < 4; ++part)
+        if (const int body = part < 2 ? a : b; body < system.moving)
+            out.segment<3>(6 * body + 3 * (part % 2)) += g.part(part).transpose();
+    return out;
+}
+
 TEST(SaddleMatrix, EverySlotHoldsItsEntry) {
     for (auto& [name, model] : all_models()) {
         SCOPED_TRACE(name);
@@ -62,6 +71,11 @@ TEST(SaddleMatrix, EverySlotHoldsItsEntry) {
             MatX truth = MatX::Zero(n + m, n + m);
             truth.topLeftCorner(n, n) = 300 * dense_mass(system) + dense(blocks_as_matrix(system, ws.lin.C)) +
                                         0.02 * dense(blocks_as_matrix(system, ws.lin.S));
+            for (const Linearisation::StateCoupling& x : ws.lin.states) {
+                const VecX force = over_velocities(system, x.a, x.b, x.force);
+                const VecX rate = over_velocities(system, x.a, x.b, x.rate);
+                truth.topLeftCorner(n, n) -= force * rate.transpose() / (300 + x.decay);
+            }
             truth.bottomLeftCorner(m, n) = G;
             truth.topRightCorner(n, m) = G.transpose();
             saddle.assemble(system, ws, 300, 0.02, K.values);
