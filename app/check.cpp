@@ -6,6 +6,7 @@
 #include "contact/standard_forces.hpp"
 #include "core/channels.hpp"
 #include "core/joint_kinds.hpp"
+#include "core/joint_motions.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -27,11 +28,18 @@ std::string counted(const std::map<std::string, int>& kinds) {
     return words.empty() ? "0" : fmt::format("{} ({})", all, fmt::join(words, ", "));
 }
 
+const char* fidelity_words(const Joint& joint) {
+    return is_wholly_perfect(joint)                ? ""
+           : is_mixed(joint)                       ? " (mixed)"
+           : joint.fidelity == Fidelity::clearance ? " clearance"
+                                                   : " bushing";
+}
+
 std::string joints_of(const System& system) {
     std::map<std::string, int> kinds;
-    for (const JointRecord& j : system.joints)
-        ++kinds[fmt::format("{}{}", joint_kind(j.kind).name,
-                            j.fidelity == Fidelity::bushing ? " bushing" : "")];
+    for (const Joint& joint : system.model.joints)
+        ++kinds[fmt::format("{}{}{}", joint_kind(joint.kind).name, fidelity_words(joint),
+                            joint.stops.empty() ? "" : " with stops")];
     return counted(kinds);
 }
 
@@ -49,15 +57,16 @@ void print_sizes(const System& system, const LoadedModel& loaded, const Console&
         "bodies              {} moving, {} fixed\n"
         "joints              {}\n"
         "forces              {}, gravity ({}, {}, {}) m/s2\n"
+        "contacts            {} places in {} joints, {} friction states\n"
         "markers             {}\n"
         "unknowns            {} velocities, {} constraint rows\n"
         "matrix              {} x {}, {} nonzeros\n"
         "columns of output   {}\n",
         loaded.model.name, loaded.ready ? "ready mechanism" : loaded.model.source, system.moving,
         system.model.bodies.size() - static_cast<std::size_t>(system.moving), joints_of(system),
-        forces_of(system), system.gravity.x(), system.gravity.y(), system.gravity.z(), system.markers.size(),
-        system.velocities(), system.row_count(), pattern.rows, pattern.cols, pattern.nonzeros(),
-        Channels::count_all(system));
+        forces_of(system), system.gravity.x(), system.gravity.y(), system.gravity.z(), system.channels(),
+        system.contact_joints.size(), system.friction_states(), system.markers.size(), system.velocities(),
+        system.row_count(), pattern.rows, pattern.cols, pattern.nonzeros(), Channels::count_all(system));
 }
 
 void print_assembly(const System& system, const AssemblyReport& report, const Console& console) {
