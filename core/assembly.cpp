@@ -240,7 +240,9 @@ std::vector<JointContact> joint_contacts(const System& system, const Workspace& 
 }
 
 void powers(const System& system, double t, const double* lambda, Workspace& ws, VecX& out, bool sampled) {
-    const Evaluation e = evaluation(system, ws, t);
+    Evaluation e = evaluation(system, ws, t);
+    if (lambda)
+        e.lambda = lambda;
     out.setZero();
     for (int i = 0; i < system.moving; ++i)
         out[1] +=

@@ -17,6 +17,7 @@ namespace {
 constexpr double default_step = 1e-3;
 constexpr double baumgarte_rate = 1.5;     // 2 alpha h
 constexpr double baumgarte_position = 1.0; // (beta h)^2
+constexpr double stability_bound = 2.785;  // of step times rate, on the negative real axis
 constexpr std::array<double, 4> node{0, 0.5, 0.5, 1};
 constexpr std::array<double, 4> weight{1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
 
@@ -281,6 +282,13 @@ StepOutcome Rk4::check_finite(const State& s) const {
                     fmt::format("t = {} s: the motion grew beyond all numbers, first at body {}; a smaller "
                                 "step than {} s may be stable",
                                 s.t, system_.body_names[i], step_)};
+    // beyond its bound of stability the method makes up friction without growing
+    if (const double rate = decay_.size() ? decay_.maxCoeff() : 0.0; rate * step_ > stability_bound)
+        return {
+            false, StepReason::error_test,
+            fmt::format("t = {} s: the bristles of a friction follow at {:.3g} 1/s, too fast for steps of "
+                        "{} s; a step below {:.2g} s is stable",
+                        s.t, rate, step_, stability_bound / rate)};
     return {};
 }
 

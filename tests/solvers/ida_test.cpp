@@ -47,7 +47,8 @@ void expect_exact_jacobian(const System& system) {
     equations.jacobian(t, cj, y.data(), values);
     const CscPattern& pattern = equations.pattern();
     for (int j = 0; j < n; ++j) {
-        const bool linear = j >= equations.lambda0() && j < equations.nu0();
+        const int first = system.reaction_friction ? equations.mu0() : equations.lambda0();
+        const bool linear = j >= first && j < equations.nu0();
         const double h = linear ? 1.0 : 1e-6;
         const auto shifted = [&](double step, VecX& out) {
             VecX x = y, rate = ydot;
@@ -73,6 +74,17 @@ TEST(IdaEquations, JacobianOfADrivenJoint) { expect_exact_jacobian(driven_slider
 TEST(IdaEquations, JacobianOfDistanceAndPlanarJoints) { expect_exact_jacobian(ready("pendulum")); }
 TEST(IdaEquations, JacobianOfBushingsAndSprings) {
     expect_exact_jacobian(ready("suspension-chain", {{"units", "2"}}));
+}
+
+TEST(IdaEquations, JacobianOfFrictionByReactions) {
+    Model model = build_mechanism("slider-crank");
+    Friction rubbing;
+    rubbing.kinetic = 0.4;
+    rubbing.speed = 5;
+    for (Joint& joint : model.joints)
+        if (joint.name == "D")
+            joint.friction = {rubbing};
+    expect_exact_jacobian(compile(std::move(model), standard_force_builders()));
 }
 
 TEST(IdaEquations, ResidualVanishesAtAConsistentStart) {

@@ -92,6 +92,14 @@ TEST(StickSlipModel, IsTheOneOfThePaper) {
     EXPECT_NEAR(sim.sample().motion[1].r.x(), 0.2, 1e-12);
 }
 
+// An explicit step too long for the bristles is told, not taken.
+TEST(StickSlipModel, IsTooFastForALongExplicitStep) {
+    Simulation sim(build_mechanism("stick-slip"), options("rk4", 1e-6, 1e-3));
+    const StepOutcome outcome = sim.advance_to(40);
+    EXPECT_FALSE(outcome.ok);
+    EXPECT_NE(outcome.message.find("bristles"), std::string::npos) << outcome.message;
+}
+
 // A saved state holds the bristles: the run goes on as it would have.
 TEST(StickSlipModel, GoesOnFromASavedState) {
     for (const char* integrator : {"radau", "gear", "ida"}) {
