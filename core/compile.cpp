@@ -79,7 +79,7 @@ std::pair<Mat3, Mat3> global_triads(const Joint& j, const Mat3& to_global_a, con
 
 void add_joint_record(System& s, const Joint& joint, int a, int b) {
     const BodyMotion &ma = s.start[a], &mb = s.start[b];
-    JointRecord record{joint.name, joint.kind, joint.fidelity, {}, {}, 0, 0, {}};
+    JointRecord record{joint.name, joint.kind, {}, {}, 0, 0, {}};
     const Mat3 identity = Mat3::Identity();
     const auto [triad_a, triad_b] =
         joint.body_frame ? global_triads(joint, ma.A, mb.A) : global_triads(joint, identity, identity);

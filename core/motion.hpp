@@ -16,6 +16,15 @@ struct BodyMotion {
     Vec3 w = Vec3::Zero(); // rad/s, body frame
 };
 
+/// The motion of one body by its 7 coordinates (of any length of p) and 6 velocities.
+template <class Q, class U> void set_body_motion(const Q& q, const U& u, BodyMotion& out) {
+    out.r = q.template head<3>();
+    out.p = q.template tail<4>().normalized();
+    out.A = rotation(out.p);
+    out.v = u.template head<3>();
+    out.w = u.template tail<3>();
+}
+
 /// A joint frame on a body: origin and triad (h, t, b as columns) in body coordinates.
 struct Anchor {
     int body = 0;

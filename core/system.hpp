@@ -29,7 +29,6 @@ struct JointCoordinate {
 struct JointRecord {
     std::string name;
     JointKind kind;
-    Fidelity fidelity;
     Anchor a, b;
     int first_row = 0, rows = 0;
     std::vector<JointCoordinate> coordinates;

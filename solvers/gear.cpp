@@ -170,11 +170,7 @@ void Gear::motion_carried_on(double t, int body, BodyMotion& out) const {
         q += w[i] * history_.q(i).segment<7>(7 * body);
         u += w[i] * history_.u(i).segment<6>(6 * body);
     }
-    out.r = q.head<3>();
-    out.p = q.tail<4>().normalized();
-    out.A = rotation(out.p);
-    out.v = u.head<3>();
-    out.w = u.tail<3>();
+    set_body_motion(q, u, out);
 }
 
 void Gear::motion_in_step(double t, int body, BodyMotion& out) const {
@@ -188,11 +184,7 @@ void Gear::motion_in_step(double t, int body, BodyMotion& out) const {
         q += w[i + 1] * history_.q(i).segment<7>(7 * body);
         u += w[i + 1] * history_.u(i).segment<6>(6 * body);
     }
-    out.r = q.head<3>();
-    out.p = q.tail<4>().normalized();
-    out.A = rotation(out.p);
-    out.v = u.head<3>();
-    out.w = u.tail<3>();
+    set_body_motion(q, u, out);
 }
 
 // After a failed error test: a shorter step, perhaps at a lower order.

@@ -422,11 +422,7 @@ void Ida::motion_in_step(double t, int body, BodyMotion& out) const {
     const double* y = data(sun_.scratch);
     const Eigen::Map<const Eigen::Matrix<double, 7, 1>> q(y + 7 * std::ptrdiff_t(body));
     const Eigen::Map<const Vec6> u(y + equations_.u0() + 6 * std::ptrdiff_t(body));
-    out.r = q.head<3>();
-    out.p = q.tail<4>().normalized();
-    out.A = rotation(out.p);
-    out.v = u.head<3>();
-    out.w = u.tail<3>();
+    set_body_motion(q, u, out);
 }
 
 void Ida::integrate_powers(double h) {

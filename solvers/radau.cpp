@@ -164,6 +164,14 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
     return {};
 }
 
+// The last accepted state of a body moved by a step along T(q).
+void Radau::put_beyond(int body, const Vec6& step, const Vec6& u, BodyMotion& out) const {
+    Eigen::Matrix<double, 7, 1> q;
+    q << state_.q.segment<3>(7 * body) + step.head<3>(),
+        turned(state_.q.segment<4>(7 * body + 3), step.tail<3>());
+    set_body_motion(q, u, out);
+}
+
 void Radau::motion_carried_on(double t, int body, BodyMotion& out) const {
     const RadauCoefficients& k = radau_coefficients();
     const std::array<double, 4> nodes{0, k.c[0], k.c[1], 1};
@@ -175,11 +183,7 @@ void Radau::motion_carried_on(double t, int body, BodyMotion& out) const {
         step += w[i + 1] * last_Z_[i].segment<6>(6 * body);
         u += w[i + 1] * last_V_[i].segment<6>(6 * body);
     }
-    out.r = state_.q.segment<3>(7 * body) + step.head<3>();
-    out.p = turned(state_.q.segment<4>(7 * body + 3), step.tail<3>());
-    out.A = rotation(out.p);
-    out.v = u.head<3>();
-    out.w = u.tail<3>();
+    put_beyond(body, step, u, out);
 }
 
 void Radau::motion_in_step(double t, int body, BodyMotion& out) const {
@@ -192,11 +196,7 @@ void Radau::motion_in_step(double t, int body, BodyMotion& out) const {
         step += w[i + 1] * Z_[i].segment<6>(6 * body);
         u += w[i + 1] * V_[i].segment<6>(6 * body);
     }
-    out.r = state_.q.segment<3>(7 * body) + step.head<3>();
-    out.p = turned(state_.q.segment<4>(7 * body + 3), step.tail<3>());
-    out.A = rotation(out.p);
-    out.v = u.head<3>();
-    out.w = u.tail<3>();
+    put_beyond(body, step, u, out);
 }
 
 // K(gamma/h) (e_u, .) = (f - G^T lambda at the start + M sum e_i V_i / h - S (h/gamma) r, 0) with

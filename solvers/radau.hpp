@@ -48,6 +48,7 @@ class Radau final : public ImplicitIntegrator {
     void stage_coordinates(int stage, VecX& q) const;
     void motion_in_step(double t, int body, BodyMotion& out) const override;
     void motion_carried_on(double t, int body, BodyMotion& out) const override;
+    void put_beyond(int body, const Vec6& step, const Vec6& u, BodyMotion& out) const;
     void move_end() override;
     bool renew_matrix(double) override { return true; } // the next try gets new ones
     const VecX& end_q() const override { return q_end_; }
