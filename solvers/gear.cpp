@@ -148,7 +148,9 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
     if (!watch_.idle()) {
         set_motion(system_, history_.next_q(), history_.next_u(), ws_);
         const ContactWatch::Verdict verdict = watch_.judge(state_.t, t, ws_, motion_at_);
-        if (!verdict.ok) {
+        if (!verdict.ok && h <= shortest_for_contact * smallest_step()) {
+            ++statistics_.deep_starts; // the start cannot be resolved in time
+        } else if (!verdict.ok) {
             count_rejection(StepReason::contact, t, order_, error_.norm);
             --rejections_in_row_; // says nothing against step and order
             full_h_ = std::max(full_h_, h);

@@ -24,6 +24,9 @@ class ImplicitIntegrator : public Integrator {
     }
 
   protected:
+    /// Of the smallest step: shorter ones are not shortened any more for a contact that begins too deep.
+    static constexpr double shortest_for_contact = 1e3;
+
     enum class Corrector { converged, slow, singular, non_finite };
 
     /// One try of a step; not ok: the run cannot go on.

@@ -41,7 +41,7 @@ struct PhaseTimes {
 struct Statistics {
     long steps = 0;
     long rejected_error = 0, rejected_newton = 0, rejected_contact = 0;
-    long deep_starts = 0;       // contacts that began too deep and were taken all the same (rk4)
+    long deep_starts = 0;       // contacts that began too deep and were taken all the same
     long newton_sweeps = 0;     // evaluations of the whole residual followed by a solve
     long constraint_polish = 0; // extra solves that only close the constraints
     long evaluations = 0;       // of the forces

@@ -126,7 +126,9 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
         ws_.z = z_[2];
         set_motion(system_, q_end_, u_end_, ws_);
         const ContactWatch::Verdict verdict = watch_.judge(state_.t, t, ws_, motion_at_);
-        if (!verdict.ok) {
+        if (!verdict.ok && h <= shortest_for_contact * smallest_step()) {
+            ++statistics_.deep_starts; // the start cannot be resolved in time
+        } else if (!verdict.ok) {
             count_rejection(StepReason::contact, t, order, error_.norm);
             --rejections_in_row_; // says nothing against the step
             full_h_ = std::max(full_h_, h);
