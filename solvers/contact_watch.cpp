@@ -12,6 +12,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double energy_per_tolerance = 20, largest_share = 1e-2;
 constexpr double root_share = 1e-3;   // of the threshold: an onset counts as met
+constexpr double jump = 1e-3;         // of the depth: a contact that is not shallower where it begins
 constexpr double aim = 0.2;           // of the threshold: where a repeated step should end
 constexpr double least_share = 1e-6;  // of a strip that the journal hardly covers
 constexpr double step_per_rise = 0.2; // first step in a contact, of the time to its greatest depth
@@ -58,7 +59,7 @@ void ContactWatch::begin(State& state, Workspace& ws) {
     for (int c = 0; c < system_.channels(); ++c) {
         const ContactSample& sample = ws.samples[c];
         if (sample.depth >= 0 && !touching(state.contacts, c))
-            begin_contact({c, state.t, std::max(sample.rate, 0.0)}, sample, state);
+            begin_contact({c, state.t, std::max(sample.rate, 0.0), sample.depth}, sample, state);
         else if (sample.depth < 0)
             state.contacts.start_speed[c] = -1;
         state.contacts.place[c] = sample.place;
@@ -85,12 +86,12 @@ ContactWatch::Crossing ContactWatch::crossing(double t0, double t1, int channel,
     ContactSample at = ws.samples[channel];
     double t = t1, best_t = t1, best = infinity, speed = at.rate;
     for (int i = 0; i < 60 && high - low > 4e-16 * std::abs(high); ++i) {
-        if (std::abs(at.depth) < best) {
+        if (at.share > 0 && std::abs(at.depth) < best) { // a strip that the journal leaves bare has no depth
             best = std::abs(at.depth);
             best_t = t;
             speed = at.rate;
         }
-        if (at.depth == 0 || best < 1e-17)
+        if (best < 1e-17)
             break;
         (at.depth > 0 ? high : low) = t;
         const double newton = t - at.depth / at.rate;
@@ -101,7 +102,7 @@ ContactWatch::Crossing ContactWatch::crossing(double t0, double t1, int channel,
         at = sample_at(t, channel, ws, motion_at);
     }
     sample_at(t1, channel, ws, motion_at);
-    return {channel, best_t, std::max(speed, 0.0)};
+    return {channel, best_t, std::max(speed, 0.0), best};
 }
 
 double ContactWatch::threshold(int channel, double speed, const ContactSample& sample) const {
@@ -155,6 +156,8 @@ ContactWatch::Verdict ContactWatch::look(double t0, double t1, Workspace& ws, co
         const double allowed = threshold(c, speed, sample);
         if (sample.depth <= allowed)
             continue;
+        if (start.depth > root_share * allowed && start.depth > jump * sample.depth)
+            continue; // it appears at a depth: a journal slides over it. No shorter step finds it shallower
         double end = start.t;
         if (onset_ == Onset::threshold)
             end += start.speed > 0 ? aim * allowed / start.speed : 0.1 * (t1 - start.t);
@@ -218,7 +221,7 @@ void ContactWatch::commit(double t0, double t1, State& state, Workspace& ws) {
             const ContactSample exact =
                 system_.forces[system_.contacts[c].batch]->sample_contact(evaluation(system_, ws, t1), c);
             if (exact.rate > 0 && -exact.depth <= threshold(c, exact.rate, exact))
-                begin_contact({c, t1, exact.rate}, exact, state); // met from below by rounding
+                begin_contact({c, t1, exact.rate, 0}, exact, state); // met from below by rounding
         }
         state.contacts.place[c] = sample.place;
     }

@@ -61,6 +61,7 @@ class ContactWatch {
     struct Crossing {
         int channel;
         double t, speed;
+        double depth; // m or rad, there: 0 but for contacts that appear at a depth
     };
     Verdict look(double t0, double t1, Workspace& ws, const MotionAt& motion_at);
     ContactSample sample_at(double t, int channel, Workspace& ws, const MotionAt& motion_at);
