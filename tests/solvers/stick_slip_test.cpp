@@ -50,6 +50,8 @@ struct Case {
     double tol, step, time_error, place_error, balance;
 };
 
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
 class StickSlip : public testing::TestWithParam<Case> {};
 
 TEST_P(StickSlip, MeetsTheReference) {
