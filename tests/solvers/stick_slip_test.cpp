@@ -50,7 +50,7 @@ struct Case {
     double tol, step, time_error, place_error, balance;
 };
 
-void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+void PrintTo(const Case& c, std::ostream* out) { *out << c.integrator << " at " << c.tol; }
 
 class StickSlip : public testing::TestWithParam<Case> {};
 
