@@ -133,8 +133,24 @@ Vec6 StripBatch::strip_wrench(const Evaluation& e, const StripJoint& x, const Po
             force -= friction_of(e, x, touch).force;
         sum.head<3>() += force;
         sum.tail<3>() += (touch.point.p - pose.pose.centre_a).cross(force);
+        if (touch.cover.by_x != 0)
+            sum += edge_wrench(e, x, pose, touch);
     });
     return sum;
+}
+
+// The edge of the journal on a partly covered strip: stored energy times cover is a potential, so the edge
+// pushes along the journal by energy per length, -(d energy / dx) (dx/dq)^T.
+Vec6 StripBatch::edge_wrench(const Evaluation& e, const StripJoint& x, const Pose& pose,
+                             const Touch& touch) const {
+    const BodyMotion& a = e.body[x.a];
+    Gradient<1> position;
+    strip_rates(a, e.body[x.b], pose.pose, touch.point, &position);
+    const double push = touch.f.energy * touch.cover.by_x / touch.cover.fraction;
+    const Vec3 force = -push * position.ra.transpose();
+    Vec6 out;
+    out << force, a.A * Vec3(-push * position.ta.transpose()) - (pose.pose.centre_a - a.r).cross(force);
+    return out;
 }
 
 Vec6 StripBatch::joint_wrench(const Evaluation& e, const StripJoint& x) const {
@@ -220,9 +236,11 @@ void StripBatch::add_linearisation(const Evaluation& e, Linearisation& lin) cons
                 const Gradient<1> g = depth_gradient(a, b, touch.point);
                 Gradient<1> change = combined(touch.f.by_depth, g, touch.f.by_rate,
                                               depth_rate_gradient(a, b, touch.point, rates, g));
-                if (edge)
-                    change = combined(1.0, change, touch.f.force * touch.cover.by_x / touch.cover.fraction,
-                                      position);
+                if (edge) { // the small curvature of x over the pose is left out
+                    const double per_length = touch.cover.by_x / touch.cover.fraction;
+                    change = combined(1.0, change, touch.f.force * per_length, position);
+                    add_product(position, combined(touch.f.elastic * per_length, g, 0.0, g), s);
+                }
                 add_contact_linearisation(a, b, touch.point, rates, g, touch.f.force, change, touch.f.by_rate,
                                           c, s);
                 if (x.friction)
@@ -297,13 +315,6 @@ EnergyRates StripBatch::energies(const Evaluation& e) const {
                 sum.dissipated_power += (touch.f.force - touch.f.elastic) * touch.rate;
                 if (x.friction)
                     sum.dissipated_power += friction_of(e, x, touch).power();
-                if (touch.cover.by_x == 0)
-                    return;
-                const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
-                Gradient<1> position;
-                strip_rates(a, b, pose.pose, touch.point, &position);
-                sum.dissipated_power -=
-                    touch.f.energy * touch.cover.by_x / touch.cover.fraction * position.times(a, b)[0];
             });
     }
     return sum;
@@ -374,11 +385,6 @@ void StripBatch::strip_samples(const Evaluation& e, const StripJoint& x, const P
             }
             if (!(cover.fraction > 0))
                 sample.depth = std::min(sample.depth, -1e-300);
-            else if (cover.by_x != 0 && slot == 0 && p.depth > 0) {
-                Gradient<1> position;
-                strip_rates(a, b, pose.pose, p, &position);
-                sample.dissipated_power -= f.energy * cover.by_x / cover.fraction * position.times(a, b)[0];
-            }
         }
     }
 }

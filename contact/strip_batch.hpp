@@ -8,9 +8,9 @@
 //
 // Friction acts at every point that touches (friction_point.hpp), with three states for each memory.
 //
-// The edge of a journal that slides off a strip pushes along the axis by (stored energy per length); that
-// force, smaller than the normal one by depth over strip width, is left out, and the energy it would take
-// is counted as dissipated.
+// The edge of a journal on a strip that it covers in part pushes along its axis by the stored energy per
+// length: cover times energy is a potential, so sliding in and out makes no energy. The change of that push
+// with the curvature of the edge's place over the pose is left out of the matrix.
 #pragma once
 
 #include "contact/contact_batch.hpp"
@@ -73,6 +73,7 @@ class StripBatch final : public ForceBatch {
     void add_state_couplings(const Evaluation& e, Linearisation& lin) const;
     bool in_reach(const Evaluation& e, const StripJoint& x) const;
     Vec6 strip_wrench(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip) const;
+    Vec6 edge_wrench(const Evaluation& e, const StripJoint& x, const Pose& pose, const Touch& touch) const;
     Vec6 joint_wrench(const Evaluation& e, const StripJoint& x) const;
     PairWrench on_bodies(const Evaluation& e, const StripJoint& x, const Vec6& wrench) const;
     void add_forces_in_parallel(const Evaluation& e, ForceSink f) const;
