@@ -28,10 +28,10 @@ const std::vector<std::pair<std::string, Maker>>& makers() {
 } // namespace
 
 Statistics& Statistics::operator+=(const Statistics& o) {
-    for (auto count :
-         {&Statistics::steps, &Statistics::rejected_error, &Statistics::rejected_newton,
-          &Statistics::rejected_contact, &Statistics::deep_starts, &Statistics::newton_sweeps, &Statistics::constraint_polish,
-          &Statistics::evaluations, &Statistics::factorisations, &Statistics::refactorisations})
+    for (auto count : {&Statistics::steps, &Statistics::rejected_error, &Statistics::rejected_newton,
+                       &Statistics::rejected_contact, &Statistics::deep_starts, &Statistics::newton_sweeps,
+                       &Statistics::constraint_polish, &Statistics::evaluations, &Statistics::factorisations,
+                       &Statistics::refactorisations})
         this->*count += o.*count;
     nnz_matrix = std::max(nnz_matrix, o.nnz_matrix);
     nnz_factors = std::max(nnz_factors, o.nnz_factors);
