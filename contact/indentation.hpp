@@ -8,7 +8,7 @@ struct Indentation {
     double depth = 0; // m
     double rate = 0;  // m/s, positive while the bodies approach
     /// Rate at which the contact began, m/s >= 0. Negative: the contact is new in this step and the speed
-    /// is not known yet; the ratio of speeds then counts as 1 (it is 1 at the beginning).
+    /// is not known yet; the ratio of speeds then counts as 1 approaching, 0 leaving.
     double start_speed = -1;
 };
 

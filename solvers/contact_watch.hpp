@@ -4,8 +4,9 @@
 //
 // Threshold of a new contact, in this order: the model's `onset` (depth, force or energy); else the depth at
 // which the law has stored the share 20 rtol (at most 1 %) of the kinetic energy of the approach,
-// 1/2 v^2 / (B M^-1 B^T). The force error of a step with an onset inside grows with the depth to the same
-// power as that energy, so contacts begin as exactly as the rest of the motion.
+// 1/2 v^2 / (B M^-1 B^T) of the two bodies as if they were free; each strip counts alone, so N strips that
+// start together may store N times as much. The force error of a step with an onset inside grows with the
+// depth to the same power as that energy, so contacts begin as exactly as the rest of the motion.
 #pragma once
 
 #include "core/assembly.hpp"

@@ -287,7 +287,7 @@ StepOutcome Rk4::check_finite(const State& s) const {
         return {
             false, StepReason::error_test,
             fmt::format("t = {} s: the bristles of a friction follow at {:.3g} 1/s, too fast for steps of "
-                        "{} s; a step below {:.2g} s is stable",
+                        "{} s; at this rate steps below {:.2g} s are stable",
                         s.t, rate, step_, stability_bound / rate)};
     return {};
 }
