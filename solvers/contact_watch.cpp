@@ -60,7 +60,7 @@ void ContactWatch::begin(State& state, Workspace& ws) {
         const ContactSample& sample = ws.samples[c];
         if (sample.depth >= 0 && !touching(state.contacts, c))
             begin_contact({c, state.t, std::max(sample.rate, 0.0), sample.depth}, sample, state);
-        else if (sample.depth < 0)
+        else if (sample.depth < 0 && !(sample.rate > 0)) // met from below by rounding it goes on
             state.contacts.start_speed[c] = -1;
         state.contacts.place[c] = sample.place;
     }

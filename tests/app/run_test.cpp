@@ -128,6 +128,27 @@ TEST_F(Run, SummaryHasEveryKey) {
     EXPECT_NEAR(sum, s["cpu_seconds"].get<double>(), 0.05 * sum + 1e-9);
 }
 
+TEST_F(Run, ContactsInSummaryColumnsAndTheirOwnFile) {
+    ASSERT_EQ(command({"run", "bouncing-journal", "--end", "0.1", "--contacts", "--out", path("c")}).code, 0);
+    const json& contact = summary_in(folder_ / "c")["contacts"]["bearing"];
+    EXPECT_EQ(contact["impacts"], 24); // three contacts of eight strips
+    EXPECT_NEAR(contact["deepest"].get<double>(), 5.15e-4, 1e-6);
+    EXPECT_NEAR(contact["peak_force"].get<double>(), 61.0, 1.0);
+    EXPECT_GT(contact["share"].get<double>(), 0.2);
+    EXPECT_LT(contact["share"].get<double>(), 0.8);
+    EXPECT_GT(contact["energy_lost"].get<double>(), 1e-3);
+    const Csv trajectory = read_csv(folder_ / "c" / "trajectory.csv");
+    for (const char* column : {"penetration", "normal_force", "friction_force", "strips", "dissipated"})
+        EXPECT_NE(std::ranges::find(trajectory.names, "bearing." + std::string(column)),
+                  trajectory.names.end())
+            << column;
+    const std::string events = text_of(folder_ / "c" / "contacts.csv");
+    EXPECT_TRUE(events.starts_with("t,depth,speed,event,joint,contact\n")) << events.substr(0, 80);
+    EXPECT_NE(events.find("start,bearing,strip 1\n"), std::string::npos);
+    EXPECT_NE(events.find("end,bearing,strip 8\n"), std::string::npos);
+    EXPECT_FALSE(fs::exists(folder_ / "c" / "steps.csv"));
+}
+
 TEST_F(Run, ReadyMechanismWithItsDefaults) {
     ASSERT_EQ(command({"run", "slider-crank", "--end", "0.1", "--out", path("a")}).code, 0);
     const json s = summary_in(folder_ / "a");
