@@ -66,9 +66,10 @@ void ResultFiles::append(const ContactEvent& event, const System& system) {
     if (!contacts_)
         return;
     const ContactChannel& channel = system.contacts[event.channel];
-    const char* kind = event.kind == ContactEvent::Kind::start ? "start"
-                       : event.kind == ContactEvent::Kind::end ? "end"
-                                                               : "rejected";
+    const char* kind = event.kind == ContactEvent::Kind::start  ? "start"
+                       : event.kind == ContactEvent::Kind::end  ? "end"
+                       : event.kind == ContactEvent::Kind::deep ? "deep"
+                                                                : "rejected";
     const std::string place =
         channel.number > 0 ? fmt::format("{} {}", channel.place, channel.number) : std::string(channel.place);
     contacts_->append(event.t, std::array{event.depth, event.speed},

@@ -121,11 +121,11 @@ double ContactWatch::threshold(int channel, double speed, const ContactSample& s
     return onset_ == Onset::root ? root_share * depth : depth;
 }
 
-ContactWatch::Verdict ContactWatch::judge(double t0, double t1, Workspace& ws, const MotionAt& motion_at) {
+ContactWatch::Verdict ContactWatch::judge(double t0, double t1, Workspace& ws, const MotionAt& motion_at,
+                                          ContactEvent::Kind told) {
     const Verdict verdict = look(t0, t1, ws, motion_at);
     if (!verdict.ok)
-        tell(ContactEvent::Kind::rejected, verdict.channel, t1, verdict.depth,
-             ws.samples[verdict.channel].rate);
+        tell(told, verdict.channel, t1, verdict.depth, ws.samples[verdict.channel].rate);
     return verdict;
 }
 

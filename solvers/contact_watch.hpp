@@ -37,7 +37,8 @@ class ContactWatch {
         double depth = 0, threshold = 0;
     };
     /// Of a step [t0, t1] that passed the error test; ws.motion is that of t1.
-    Verdict judge(double t0, double t1, Workspace& ws, const MotionAt& motion_at);
+    Verdict judge(double t0, double t1, Workspace& ws, const MotionAt& motion_at,
+                  ContactEvent::Kind told = ContactEvent::Kind::rejected);
 
     /// The end that judge() would ask for, by a motion carried on beyond the last step: spares the work of a
     /// step that would be rejected. t1 where nothing speaks against it. ws.motion is left anywhere.

@@ -30,6 +30,7 @@ constexpr double newton_share = 0.01;
 // So many steps in a row below this share of t: a point is not passed.
 constexpr int most_tiny_steps = 20;
 constexpr double smallest_share = 2e-15;
+constexpr int most_cuts = 20; // of a step in which a contact begins too deep
 
 struct Handles {
     SUNContext context = nullptr;
@@ -404,11 +405,15 @@ bool Ida::cut_at_contact(double t_before, double& t) {
     if (watch_.idle())
         return false;
     bool cut = false;
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0;; ++i) {
         equations_.set(data(sun_.y));
         const ContactWatch::Verdict verdict = watch_.judge(t_before, t, equations_.workspace(), motion_at_);
         if (verdict.ok)
             break;
+        if (i == most_cuts) { // the start cannot be resolved in time
+            ++statistics_.deep_starts;
+            break;
+        }
         ++statistics_.rejected_contact;
         cut = true;
         t = verdict.end;

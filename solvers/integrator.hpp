@@ -93,11 +93,11 @@ struct StepRecord {
 
 /// A contact begins, ends, or began too deep, so that the step was rejected.
 struct ContactEvent {
-    enum class Kind { start, end, rejected } kind;
-    double t;     // s; rejected: end of the rejected step
-    int channel;  // in System::contacts
-    double depth; // m or rad, when first seen
-    double speed; // m/s or rad/s
+    enum class Kind { start, end, rejected, deep } kind; // deep: too deep, but the step was taken
+    double t;                                            // s; rejected: end of the rejected step
+    int channel;                                         // in System::contacts
+    double depth;                                        // m or rad, when first seen
+    double speed;                                        // m/s or rad/s
 };
 
 class Integrator {

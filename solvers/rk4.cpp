@@ -169,7 +169,7 @@ void Rk4::record(const StepOutcome& outcome, double h, double t_end) {
 // A fixed step cannot be rejected: contacts that begin too deep are counted.
 StepOutcome Rk4::follow_contacts() {
     State& s = now_.state;
-    const bool shallow = watch_.judge(before_.state.t, s.t, ws_, motion_at_).ok;
+    const bool shallow = watch_.judge(before_.state.t, s.t, ws_, motion_at_, ContactEvent::Kind::deep).ok;
     statistics_.deep_starts += !shallow;
     s.contacts = before_.state.contacts;
     s.history = before_.state.history;

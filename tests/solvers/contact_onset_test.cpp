@@ -17,7 +17,7 @@ constexpr double stiffness = 5e6 / 8; // N/m^1.5, of one strip of the bouncing j
 
 struct Seen {
     double deepest_start = 0;
-    long starts = 0, rejected = 0, deep = 0;
+    long starts = 0, rejected = 0, deep = 0, told_deep = 0;
 };
 
 Seen bounce(const std::string& integrator, const Model::Onset& wanted, Onset onset = Onset::threshold,
@@ -31,6 +31,7 @@ Seen bounce(const std::string& integrator, const Model::Onset& wanted, Onset ons
     const auto method = make_integrator(integrator, system, options);
     Seen seen;
     method->set_on_contact([&](const ContactEvent& event) {
+        seen.told_deep += event.kind == ContactEvent::Kind::deep;
         if (event.kind != ContactEvent::Kind::start)
             return;
         ++seen.starts;
@@ -80,6 +81,7 @@ TEST(Onset, ARigidStepTakesDeepStartsAndCountsThem) {
     const Seen coarse = bounce("rk4", {}, Onset::threshold, 1e-3);
     EXPECT_GE(coarse.starts, 8);
     EXPECT_GE(coarse.deep, 1);
+    EXPECT_EQ(coarse.told_deep, coarse.deep);
     EXPECT_EQ(coarse.rejected, 0);
     EXPECT_GT(coarse.deepest_start, 1e-5); // 0.14 m/s in a part of 1 ms
 }
