@@ -130,7 +130,7 @@ TEST_F(Run, SummaryHasEveryKey) {
 
 TEST_F(Run, ContactsInSummaryColumnsAndTheirOwnFile) {
     ASSERT_EQ(command({"run", "bouncing-journal", "--end", "0.1", "--contacts", "--out", path("c")}).code, 0);
-    const json& contact = summary_in(folder_ / "c")["contacts"]["bearing"];
+    const json contact = summary_in(folder_ / "c")["contacts"]["bearing"];
     EXPECT_EQ(contact["impacts"], 24); // three contacts of eight strips
     EXPECT_NEAR(contact["deepest"].get<double>(), 5.15e-4, 1e-6);
     EXPECT_NEAR(contact["peak_force"].get<double>(), 61.0, 1.0);
