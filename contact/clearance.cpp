@@ -20,6 +20,18 @@ JointSide bearing_side(const CompileContext& context, int joint) {
     return side;
 }
 
+void place(const JointSide& side, ForceElement& element) {
+    element.joint = side.joint;
+    element.a = side.a.body;
+    element.b = side.b.body;
+    element.swapped = side.swapped;
+}
+
+bool uses_model(const Joint& joint, std::string_view model) {
+    return joint.kind != JointKind::spherical && joint.kind != JointKind::universal &&
+           held_by_contact(joint, Motion::radial) && joint.clearance->model == model;
+}
+
 bool held_by_contact(const Joint& joint, Motion motion) {
     return holds_motion(joint.kind, motion) && joint.holds(motion) == Fidelity::clearance;
 }

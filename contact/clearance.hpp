@@ -3,6 +3,7 @@
 
 #include "contact/friction_law.hpp"
 #include "contact/normal_law.hpp"
+#include "core/force_batch.hpp"
 #include "core/joint_motions.hpp"
 #include "core/system.hpp"
 
@@ -16,6 +17,12 @@ struct JointSide {
 };
 JointSide plain_side(const CompileContext& context, int joint);   // as the joint names its bodies
 JointSide bearing_side(const CompileContext& context, int joint); // after "bearing"
+
+/// An element between the two sides.
+void place(const JointSide& side, ForceElement& element);
+
+/// A cylinder in a bearing whose radial motion is held by contact after this Clearance::model.
+bool uses_model(const Joint& joint, std::string_view model);
 
 /// The motion belongs to the joint and contact holds it after a free play.
 bool held_by_contact(const Joint& joint, Motion motion);

@@ -6,14 +6,14 @@ namespace gudgeon {
 
 namespace {
 
-template <class Element> struct Reach {
+struct Reach {
     double depth, side; // side: +1 beyond upper, -1 beyond lower
 };
 
-template <class Element> Reach<Element> reach(const Evaluation& e, const Element& x) {
+template <class Element> Reach reach(const Evaluation& e, const Element& x) {
     const double c = x.measure.value(e, e.body[x.a], e.body[x.b]);
     const double above = c - x.upper, below = x.lower - c;
-    return above >= below ? Reach<Element>{above, 1} : Reach<Element>{below, -1};
+    return above >= below ? Reach{above, 1} : Reach{below, -1};
 }
 
 } // namespace
@@ -73,11 +73,16 @@ using Cosines = ContactBatchOf<LimitKernel<CosineMeasure>>;
 
 template <class Element> Element element_of(const JointSide& side) {
     Element x;
-    x.joint = side.joint;
-    x.a = side.a.body;
-    x.b = side.b.body;
-    x.swapped = side.swapped;
+    place(side, x);
     return x;
+}
+
+// The same play to both sides.
+template <class Element> void set_play(double play, std::string_view where, NormalLaw law, Element& x) {
+    x.lower = -play;
+    x.upper = play;
+    x.place = where;
+    x.law = std::move(law);
 }
 
 template <class Element>
@@ -111,11 +116,8 @@ std::unique_ptr<ForceBatch> build_displacements(const CompileContext& context) {
         }
         if (held_by_contact(joint, Motion::axial)) { // end faces
             auto x = displacement_element(bearing_side(context, j), 2);
-            const double play = joint.clearance->axial.value_or(joint.clearance->radial.value_or(0));
-            x.lower = -play;
-            x.upper = play;
-            x.place = "end face";
-            x.law = axial_law(context, j);
+            set_play(joint.clearance->axial.value_or(joint.clearance->radial.value_or(0)), "end face",
+                     axial_law(context, j), x);
             batch->add(std::move(x));
         }
     }
@@ -141,11 +143,7 @@ std::unique_ptr<ForceBatch> build_angles(const CompileContext& context) {
         }
         if (held_by_contact(joint, Motion::rotation) && joint.clearance->model != "slot") { // key or spline
             auto x = add("angle");
-            const double play = joint.clearance->rotation.value_or(0);
-            x.lower = -play;
-            x.upper = play;
-            x.place = "key";
-            x.law = rotation_law(context, j);
+            set_play(joint.clearance->rotation.value_or(0), "key", rotation_law(context, j), x);
             batch->add(std::move(x));
         }
     }
@@ -161,11 +159,8 @@ std::unique_ptr<ForceBatch> build_cosines(const CompileContext& context) {
         const JointSide side = plain_side(context, j);
         auto x = element_of<LimitKernel<CosineMeasure>::Element>(side);
         x.measure = {side.a.axes.col(2), side.b.axes.col(2)};
-        const double play = std::sin(joint.clearance->misalignment.value_or(0));
-        x.lower = -play;
-        x.upper = play;
-        x.place = "right angle";
-        x.law = rotation_law(context, j);
+        set_play(std::sin(joint.clearance->misalignment.value_or(0)), "right angle", rotation_law(context, j),
+                 x);
         batch->add(std::move(x));
     }
     return batch;

@@ -2,8 +2,6 @@
 
 #include "contact/clearance.hpp"
 
-#include <numeric>
-
 namespace gudgeon {
 
 namespace {
@@ -132,20 +130,11 @@ template struct PointKernel<SlotShape>;
 namespace {
 
 template <class Shape> typename PointKernel<Shape>::Element element_of(const CompileContext& context, int j) {
-    const JointSide side = bearing_side(context, j);
     typename PointKernel<Shape>::Element x;
-    x.joint = j;
-    x.a = side.a.body;
-    x.b = side.b.body;
-    x.swapped = side.swapped;
+    place(bearing_side(context, j), x);
     x.law = radial_law(context, j);
     x.friction = contact_friction(context, j);
     return x;
-}
-
-bool uses_model(const Joint& joint, std::string_view model) {
-    return joint.kind != JointKind::spherical && joint.kind != JointKind::universal &&
-           held_by_contact(joint, Motion::radial) && joint.clearance->model == model;
 }
 
 template <class Shape, class Wanted, class Fill>

@@ -428,10 +428,7 @@ StripJoint strip_joint(const CompileContext& context, int j) {
     const JointSide side = bearing_side(context, j);
     const Clearance& clearance = *context.model.joints[j].clearance;
     StripJoint x;
-    x.joint = j;
-    x.a = side.a.body;
-    x.b = side.b.body;
-    x.swapped = side.swapped;
+    place(side, x);
     x.law = radial_law(context, j);
     x.friction = contact_friction(context, j);
     x.cylinders = {side.a.point, side.a.axes.col(2), side.b.point, side.b.axes.col(2),
@@ -447,8 +444,7 @@ std::unique_ptr<ForceBatch> build(const CompileContext& context) {
     auto batch = std::make_unique<StripBatch>();
     for (int j = 0; j < static_cast<int>(context.model.joints.size()); ++j) {
         const Joint& joint = context.model.joints[j];
-        if (joint.kind == JointKind::spherical || joint.kind == JointKind::universal ||
-            !held_by_contact(joint, Motion::radial) || joint.clearance->model != "strips")
+        if (!uses_model(joint, "strips"))
             continue;
         const Clearance& clearance = *joint.clearance;
         const int n =
