@@ -159,6 +159,54 @@ void add_geometric(const BodyMotion& a, const BodyMotion& b, const Vec3& x, cons
 
 } // namespace alignment
 
+namespace swing {
+
+namespace {
+
+// 1/sin of the angle; 0 where the axes are one line and the angle has no gradient.
+double inverse_sine(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y) {
+    constexpr double least = 1e-12;
+    const double sine = (a.A * x).cross(b.A * y).norm();
+    return sine > least ? 1 / sine : 0;
+}
+
+} // namespace
+
+double value(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y) {
+    const Vec3 in_a = a.A * x, in_b = b.A * y;
+    return std::atan2(in_a.cross(in_b).norm(), in_a.dot(in_b));
+}
+
+// With c = x . y and theta' = -c'/sin
+Gradient<1> gradient(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y) {
+    const double k = -inverse_sine(a, b, x, y);
+    Gradient<1> g = alignment::gradient(a, b, x, y);
+    g.ta *= k;
+    g.tb *= k;
+    return g;
+}
+
+// d(-c'/sin) = -(d(c') + theta' cos d(theta))/sin
+Gradient<1> rate_gradient(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y) {
+    const double k = -inverse_sine(a, b, x, y);
+    const Gradient<1> own = gradient(a, b, x, y);
+    const double turning = own.times(a, b)[0] * alignment::value(a, b, x, y);
+    Gradient<1> g = alignment::rate_gradient(a, b, x, y);
+    g.ta = k * (g.ta + turning * own.ta);
+    g.tb = k * (g.tb + turning * own.tb);
+    return g;
+}
+
+void add_geometric(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y, double g,
+                   BlockMatrix& out) {
+    const double k = -g * inverse_sine(a, b, x, y);
+    alignment::add_geometric(a, b, x, y, k, out);
+    const Gradient<1> own = gradient(a, b, x, y);
+    add_quadratic<1>(own, Eigen::Matrix<double, 1, 1>(k * alignment::value(a, b, x, y)), own, out);
+}
+
+} // namespace swing
+
 namespace distance {
 
 double value(const BodyMotion& a, const BodyMotion& b, const Vec3& sa, const Vec3& sb) {

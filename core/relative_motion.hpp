@@ -74,6 +74,17 @@ void add_geometric(const BodyMotion& a, const BodyMotion& b, const Vec3& x, cons
                    BlockMatrix& out);
 } // namespace alignment
 
+/// Angle in [0, pi] between a direction x fixed in a and y fixed in b: atan2(|x x y|, x . y). Its gradient
+/// jumps at 0 and pi, where it is returned as zero.
+namespace swing {
+inline constexpr CouplingMask coupling = alignment::coupling;
+double value(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y);
+Gradient<1> gradient(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y);
+Gradient<1> rate_gradient(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y);
+void add_geometric(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y, double g,
+                   BlockMatrix& out);
+} // namespace swing
+
 /// Distance |P_b - P_a| > 0: distance joints and spring-dampers.
 namespace distance {
 inline constexpr CouplingMask coupling = couple_all;

@@ -64,6 +64,20 @@ Measure alignment_measure(Vec3 x, Vec3 y) {
             }};
 }
 
+Measure swing_measure(Vec3 x, Vec3 y) {
+    namespace f = swing;
+    return {"swing",
+            f::coupling,
+            [=](const Pair& m) { return scalar(f::value(m[0], m[1], x, y)); },
+            [=](const Pair& m) { return dense(f::gradient(m[0], m[1], x, y)); },
+            [=](const Pair& m) { return dense(f::rate_gradient(m[0], m[1], x, y)); },
+            [=](const Pair& m, const VecX& g) {
+                BlockMatrix out = zero_blocks();
+                f::add_geometric(m[0], m[1], x, y, g[0], out);
+                return out;
+            }};
+}
+
 Measure distance_measure(Vec3 sa, Vec3 sb) {
     namespace f = distance;
     return {"distance",
@@ -164,6 +178,36 @@ TEST(RelativeMotion, RotationVectorDerivativesAgreeWithDifferences) {
         const Pair m = pair_turned_by(rng, qa, qb, theta);
         EXPECT_LT((rotation_vector::value(m[0], m[1], qa, qb) - theta).norm(), 1e-14 + 1e-14 * size);
         check(rotation_vector_measure(qa, qb), m, random_vector(rng, 20));
+    }
+}
+
+TEST(RelativeMotion, SwingIsTheAngleBetweenTwoAxes) {
+    std::mt19937 rng(9);
+    for (const double angle : {1e-6, 0.2, 1.5, 2.9, pi - 1e-6}) {
+        SCOPED_TRACE(angle);
+        Pair m = random_pair(rng);
+        const Mat3 axes = rotation(random_orientation(rng));
+        const Vec3 x = axes.col(0);
+        m[1].p = turned(m[0].p, angle * axes.col(1));
+        m[1].p = turned(m[1].p, 0.8 * x); // about b's own axis: no swing
+        m[1].A = rotation(m[1].p);
+        EXPECT_NEAR(swing::value(m[0], m[1], x, x), angle, 4e-15);
+        if (angle > 1e-3 && angle < 3)
+            check(swing_measure(x, x), m, scalar(7));
+        // opens with the speed of b about the axis across both
+        m[0].w.setZero();
+        m[1].w = m[1].A.transpose() * (m[0].A * (2 * axes.col(1) + 3 * axes.col(0)));
+        EXPECT_NEAR(swing::gradient(m[0], m[1], x, x).times(m[0], m[1])[0], 2, 1e-8);
+    }
+    for (const Vec3& y : {Vec3(0, 0, 1), Vec3(0, 0, -1)}) { // one line: no direction to open
+        BodyMotion a, b;
+        b.w = {1, 2, 3};
+        EXPECT_EQ(swing::value(a, b, Vec3::UnitZ(), y), y[2] > 0 ? 0 : pi);
+        EXPECT_EQ(dense(swing::gradient(a, b, Vec3::UnitZ(), y)).norm(), 0);
+        EXPECT_EQ(dense(swing::rate_gradient(a, b, Vec3::UnitZ(), y)).norm(), 0);
+        BlockMatrix s = zero_blocks();
+        swing::add_geometric(a, b, Vec3::UnitZ(), y, 5, s);
+        EXPECT_EQ(dense(s).norm(), 0);
     }
 }
 
