@@ -69,6 +69,16 @@ std::optional<FrictionLaw> contact_friction(const CompileContext& context, int j
     return friction ? std::optional(compile_friction(*friction)) : std::nullopt;
 }
 
+double rubbing_radius(const Clearance& clearance) {
+    if (clearance.friction && clearance.friction->radius)
+        return *clearance.friction->radius;
+    double sum = 0;
+    for (const double radius : clearance.profile)
+        sum += radius;
+    return clearance.profile.empty() ? clearance.radius.value_or(0)
+                                     : sum / static_cast<double>(clearance.profile.size());
+}
+
 NormalLaw axial_law(const CompileContext& context, int joint) {
     const Clearance& clearance = *context.model.joints[joint].clearance;
     if (!clearance.axial_law)

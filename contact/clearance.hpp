@@ -34,6 +34,9 @@ ContactGeometry contact_geometry(const Clearance& clearance);
 NormalLaw joint_law(const CompileContext& context, int joint, const ContactLaw& law,
                     const ContactGeometry& geometry, const std::string& member);
 NormalLaw radial_law(const CompileContext& context, int joint);
+/// Where end faces or a key rub, m: the friction's radius, else that of the bearing (a profile's mean); 0:
+/// unknown.
+double rubbing_radius(const Clearance& clearance);
 /// Friction of the bearing's contacts, where it is named.
 std::optional<FrictionLaw> contact_friction(const CompileContext& context, int joint);
 NormalLaw axial_law(const CompileContext& context, int joint);

@@ -16,30 +16,55 @@ template <class Element> Reach reach(const Evaluation& e, const Element& x) {
     return above >= below ? Reach{above, 1} : Reach{below, -1};
 }
 
+/// The limit as it is pressed now.
+struct Press {
+    double depth, side, rate;
+    Gradient<1> g; // of the coordinate
+    NormalForce f;
+    template <class Element>
+    Press(const Evaluation& e, const Element& x, const Reach& now)
+        : depth(now.depth), side(now.side), g(x.measure.gradient(e.body[x.a], e.body[x.b])) {
+        rate = side * g.times(e.body[x.a], e.body[x.b])[0];
+        f = contact_force(e, x.law, x.channel, x.share, depth, rate);
+    }
+};
+
+template <class Element> FaceFriction friction_of(const Evaluation& e, const Element& x, double force) {
+    return face_friction(*x.friction, x.face, x.states(e, 0), e.body[x.a], e.body[x.b], force);
+}
+
 } // namespace
 
 template <class Measure> PairWrench LimitKernel<Measure>::wrench(const Evaluation& e, const Element& x) {
-    const auto [depth, side] = reach(e, x);
-    if (!(depth > 0))
+    const Reach now = reach(e, x);
+    if (!(now.depth > 0))
         return {};
-    const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
-    const Gradient<1> g = x.measure.gradient(a, b);
-    const double rate = side * g.times(a, b)[0];
-    const NormalForce f = contact_force(e, x.law, x.channel, x.share, depth, rate);
-    return conjugate_wrench<1>(g, Eigen::Matrix<double, 1, 1>(side * f.force));
+    const Press press(e, x, now);
+    PairWrench w = conjugate_wrench<1>(press.g, Eigen::Matrix<double, 1, 1>(press.side * press.f.force));
+    if constexpr (Measure::rubs)
+        if (x.friction)
+            w += face_wrench(friction_of(e, x, press.f.force));
+    return w;
 }
 
 template <class Measure>
 void LimitKernel<Measure>::linearise(const Evaluation& e, const Element& x, BlockMatrix& c, BlockMatrix& s) {
-    const auto [depth, side] = reach(e, x);
-    if (!(depth > 0))
+    const Reach now = reach(e, x);
+    if (!(now.depth > 0))
         return;
     const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
-    const Gradient<1> g = x.measure.gradient(a, b);
-    const NormalForce f = contact_force(e, x.law, x.channel, x.share, depth, side * g.times(a, b)[0]);
-    add_product(g, combined(f.by_rate, g, 0.0, g), c);
-    add_product(g, combined(f.by_depth, g, f.by_rate, x.measure.rate_gradient(a, b)), s);
-    x.measure.add_geometric(a, b, side * f.force, s);
+    const Press press(e, x, now);
+    const Gradient<1> by_speed = combined(press.f.by_rate, press.g, 0.0, press.g);
+    const Gradient<1> by_pose =
+        combined(press.f.by_depth, press.g, press.f.by_rate, x.measure.rate_gradient(a, b));
+    add_product(press.g, by_speed, c);
+    add_product(press.g, by_pose, s);
+    x.measure.add_geometric(a, b, press.side * press.f.force, s);
+    if constexpr (Measure::rubs)
+        if (x.friction) // the force follows the depth, side times the coordinate
+            add_face_linearisation(friction_of(e, x, press.f.force), x.face, a, b,
+                                   combined(press.side, by_pose, 0.0, by_pose),
+                                   combined(press.side, by_speed, 0.0, by_speed), c, s);
 }
 
 template <class Measure> EnergyRates LimitKernel<Measure>::energies(const Evaluation& e, const Element& x) {
@@ -51,25 +76,54 @@ template <class Measure> EnergyRates LimitKernel<Measure>::energies(const Evalua
 
 template <class Measure>
 ContactSample LimitKernel<Measure>::sample(const Evaluation& e, const Element& x, int, int slot) {
-    const auto [depth, side] = reach(e, x);
-    const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
-    const Gradient<1> g = x.measure.gradient(a, b);
-    const double rate = side * g.times(a, b)[0];
-    const NormalForce f = contact_force(e, x.law, x.channel, x.share, depth, rate);
-    ContactSample out = contact_sample(x.law, f, slot, depth, rate, x.share, inverse_mass(e, x.a, x.b, g));
-    out.normal_force = -side * out.force * x.measure.force_direction(a);
+    const BodyMotion& a = e.body[x.a];
+    const Press press(e, x, reach(e, x));
+    ContactSample out = contact_sample(x.law, press.f, slot, press.depth, press.rate, x.share,
+                                       inverse_mass(e, x.a, x.b, press.g));
+    out.normal_force = -press.side * out.force * x.measure.force_direction(a);
+    if constexpr (Measure::rubs)
+        if (x.friction && slot == 0 && press.depth > 0) {
+            const FaceFriction friction = friction_of(e, x, press.f.force);
+            out.friction_force = face_force(friction, x.face, a);
+            out.friction = friction.force();
+            out.dissipated_power += friction.power();
+        }
     return out;
+}
+
+template <class Measure>
+void LimitKernel<Measure>::state_terms(const Evaluation& e, const Element& x, int, double* source,
+                                       double* decay) requires Measure::rubs {
+    if (reach(e, x).depth > 0)
+        face_state_terms(friction_of(e, x, 0), source, decay);
+    else
+        free_state_terms(*x.friction, source, decay);
+}
+
+template <class Measure>
+std::array<Linearisation::StateCoupling, 3>
+LimitKernel<Measure>::state_couplings(const Evaluation& e, const Element& x, int) requires Measure::rubs {
+    const Reach now = reach(e, x);
+    if (!(now.depth > 0))
+        return free_state_couplings(*x.friction);
+    return face_state_couplings(friction_of(e, x, Press(e, x, now).f.force));
 }
 
 template struct LimitKernel<DisplacementMeasure>;
 template struct LimitKernel<AngleMeasure>;
+template struct LimitKernel<KeyMeasure>;
 template struct LimitKernel<CosineMeasure>;
+template struct LimitKernel<SwingMeasure>;
 
 namespace {
 
 using Displacements = ContactBatchOf<LimitKernel<DisplacementMeasure>>;
-using Angles = ContactBatchOf<LimitKernel<AngleMeasure>>;
 using Cosines = ContactBatchOf<LimitKernel<CosineMeasure>>;
+using Swings = ContactBatchOf<LimitKernel<SwingMeasure>>;
+
+bool is_rotation(std::string_view coordinate) {
+    return coordinate.starts_with("angle") || coordinate == "swing";
+}
 
 template <class Element> Element element_of(const JointSide& side) {
     Element x;
@@ -92,8 +146,10 @@ void set_stop(const CompileContext& context, int joint, const std::string& coord
     x.upper = stop.upper.value_or(x.upper);
     x.place = "stop";
     ContactGeometry geometry;
-    geometry.rotation = coordinate.starts_with("angle");
+    geometry.rotation = is_rotation(coordinate);
     x.law = joint_law(context, joint, stop.law, geometry, "/stops/" + coordinate + "/law");
+    if (stop.friction)
+        x.friction = compile_friction(*stop.friction);
 }
 
 LimitKernel<DisplacementMeasure>::Element displacement_element(const JointSide& side, int axis) {
@@ -107,15 +163,22 @@ std::unique_ptr<ForceBatch> build_displacements(const CompileContext& context) {
     for (int j = 0; j < static_cast<int>(context.model.joints.size()); ++j) {
         const Joint& joint = context.model.joints[j];
         for (const auto& [coordinate, stop] : joint.stops) {
-            if (coordinate.starts_with("angle"))
+            if (is_rotation(coordinate))
                 continue;
+            const JointSide side = plain_side(context, j);
             const int axis = coordinate == "u" ? 0 : coordinate == "v" ? 1 : 2;
-            auto x = displacement_element(plain_side(context, j), axis);
+            auto x = displacement_element(side, axis);
             set_stop(context, j, coordinate, stop, x);
+            if (stop.friction)
+                x.face = face_slip(side.a.point, side.b.point, side.a.axes, axis,
+                                   stop.friction->radius.value_or(0));
             batch->add(std::move(x));
         }
         if (held_by_contact(joint, Motion::axial)) { // end faces
-            auto x = displacement_element(bearing_side(context, j), 2);
+            const JointSide side = bearing_side(context, j);
+            auto x = displacement_element(side, 2);
+            x.friction = contact_friction(context, j);
+            x.face = face_slip(side.a.point, side.b.point, side.a.axes, 2, rubbing_radius(*joint.clearance));
             set_play(joint.clearance->axial.value_or(joint.clearance->radial.value_or(0)), "end face",
                      axial_law(context, j), x);
             batch->add(std::move(x));
@@ -124,29 +187,51 @@ std::unique_ptr<ForceBatch> build_displacements(const CompileContext& context) {
     return batch;
 }
 
-std::unique_ptr<ForceBatch> build_angles(const CompileContext& context) {
-    auto batch = std::make_unique<Angles>();
+// Stops of angles and keys; KeyMeasure takes those with friction, AngleMeasure the others.
+template <class Measure> std::unique_ptr<ForceBatch> build_angles(const CompileContext& context) {
+    auto batch = std::make_unique<ContactBatchOf<LimitKernel<Measure>>>();
     for (int j = 0; j < static_cast<int>(context.model.joints.size()); ++j) {
         const Joint& joint = context.model.joints[j];
-        const auto add = [&](const std::string& coordinate) {
-            auto x = element_of<LimitKernel<AngleMeasure>::Element>(plain_side(context, j));
+        const JointSide side = plain_side(context, j);
+        const auto element = [&](const std::string& coordinate, const std::optional<Friction>& friction,
+                                 double radius) {
+            auto x = element_of<typename LimitKernel<Measure>::Element>(side);
             const int angle = context.angle(j, coordinate);
-            x.measure = {context.system.angles[angle].frames, angle};
+            static_cast<AngleMeasure&>(x.measure) = {context.system.angles[angle].frames, angle};
+            if (friction) {
+                x.friction = compile_friction(*friction);
+                x.face = key_slip(side.a.point, side.b.point, side.a.axes, radius);
+            }
             return x;
         };
         for (const auto& [coordinate, stop] : joint.stops) {
-            if (!coordinate.starts_with("angle"))
+            if (!coordinate.starts_with("angle") || stop.friction.has_value() != Measure::rubs)
                 continue;
-            auto x = add(coordinate);
+            auto x =
+                element(coordinate, stop.friction, stop.friction ? stop.friction->radius.value_or(1) : 1);
             set_stop(context, j, coordinate, stop, x);
             batch->add(std::move(x));
         }
-        if (held_by_contact(joint, Motion::rotation) && joint.clearance->model != "slot") { // key or spline
-            auto x = add("angle");
+        if (held_by_contact(joint, Motion::rotation) && joint.clearance->model != "slot" && // key or spline
+            joint.clearance->friction.has_value() == Measure::rubs) {
+            auto x = element("angle", joint.clearance->friction, rubbing_radius(*joint.clearance));
             set_play(joint.clearance->rotation.value_or(0), "key", rotation_law(context, j), x);
             batch->add(std::move(x));
         }
     }
+    return batch;
+}
+
+std::unique_ptr<ForceBatch> build_swings(const CompileContext& context) {
+    auto batch = std::make_unique<Swings>();
+    for (int j = 0; j < static_cast<int>(context.model.joints.size()); ++j)
+        if (const auto& stops = context.model.joints[j].stops; stops.contains("swing")) {
+            const JointSide side = plain_side(context, j);
+            auto x = element_of<LimitKernel<SwingMeasure>::Element>(side);
+            x.measure = {side.a.axes.col(2), side.b.axes.col(2)};
+            set_stop(context, j, "swing", stops.at("swing"), x);
+            batch->add(std::move(x));
+        }
     return batch;
 }
 
@@ -169,7 +254,9 @@ std::unique_ptr<ForceBatch> build_cosines(const CompileContext& context) {
 } // namespace
 
 ForceBatchBuilder displacement_limit_builder() { return build_displacements; }
-ForceBatchBuilder angle_limit_builder() { return build_angles; }
+ForceBatchBuilder angle_limit_builder() { return build_angles<AngleMeasure>; }
+ForceBatchBuilder key_limit_builder() { return build_angles<KeyMeasure>; }
 ForceBatchBuilder cosine_limit_builder() { return build_cosines; }
+ForceBatchBuilder swing_limit_builder() { return build_swings; }
 
 } // namespace gudgeon

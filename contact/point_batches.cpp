@@ -35,11 +35,7 @@ template <class Shape> PairWrench PointKernel<Shape>::wrench(const Evaluation& e
         Vec3 force = f.force * c.n;
         if (x.friction)
             force -= friction_of(e, x, i, c, f.force).force;
-        const PairWrench w = point_wrench(a, b, c.p, force);
-        sum.force_a += w.force_a;
-        sum.moment_a += w.moment_a;
-        sum.force_b += w.force_b;
-        sum.moment_b += w.moment_b;
+        sum += point_wrench(a, b, c.p, force);
     }
     return sum;
 }

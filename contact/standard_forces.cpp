@@ -19,7 +19,9 @@ std::vector<ForceBatchBuilder> standard_force_builders() {
     builders.push_back(strip_builder());
     builders.push_back(displacement_limit_builder());
     builders.push_back(angle_limit_builder());
+    builders.push_back(key_limit_builder());
     builders.push_back(cosine_limit_builder());
+    builders.push_back(swing_limit_builder());
     builders.push_back(displacement_friction_builder());
     builders.push_back(angle_friction_builder());
     return builders;

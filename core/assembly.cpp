@@ -229,7 +229,8 @@ std::vector<JointContact> joint_contacts(const System& system, const Workspace& 
         contact.touching += sample.force > 0;
         if (sample.normal_force.isZero())
             contact.normal_force = std::max(contact.normal_force, sample.force);
-        if (sample.friction_force.isZero())
+        // moments have no force, and faces that turn rub more than their resultant
+        if (sample.friction > (1 + 1e-9) * sample.friction_force.norm())
             contact.friction_force = std::max(contact.friction_force, sample.friction);
     }
     for (std::size_t i = 0; i < n; ++i) {

@@ -115,6 +115,13 @@ struct EnergyRates {
 struct PairWrench {
     Vec3 force_a = Vec3::Zero(), moment_a = Vec3::Zero();
     Vec3 force_b = Vec3::Zero(), moment_b = Vec3::Zero();
+    PairWrench& operator+=(const PairWrench& o) {
+        force_a += o.force_a;
+        moment_a += o.moment_a;
+        force_b += o.force_b;
+        moment_b += o.moment_b;
+        return *this;
+    }
 };
 
 /// A joint's force and moment on b about b's mass centre: force global, moment in b's frame.

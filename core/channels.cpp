@@ -65,7 +65,7 @@ constexpr std::array<Column, 6> energy_columns{{{"kinetic", "J"},
 
 using Kind = JointCoordinate::Kind;
 
-const char* unit_of(Kind kind) { return kind == Kind::angle || kind == Kind::rotation ? "rad" : "m"; }
+const char* unit_of(Kind kind) { return kind == Kind::displacement || kind == Kind::point ? "m" : "rad"; }
 
 /// * any characters (none too), ? exactly one.
 bool matches(std::string_view glob, std::string_view text) {
@@ -117,6 +117,8 @@ double coordinate_value(const System& system, const Sample& s, const JointRecord
     case Kind::rotation:
         return rotation_vector::value(a, b, euler_parameters(joint.a.axes),
                                       euler_parameters(joint.b.axes))[c.index];
+    case Kind::swing:
+        return swing::value(a, b, joint.a.axes.col(2), joint.b.axes.col(2));
     case Kind::displacement:
     case Kind::point:
         break;

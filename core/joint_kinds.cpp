@@ -41,6 +41,9 @@ const JointKindInfo* find_joint_kind(std::string_view name) {
 
 std::vector<std::string> joint_coordinates(const Joint& joint) {
     std::vector<std::string> names = free_coordinates(joint.kind);
+    for (const auto& [name, stop] : joint.stops)
+        if (std::ranges::find(names, name) == names.end())
+            names.push_back(name);
     if (is_wholly_perfect(joint) && joint.kind != JointKind::spherical)
         return names;
     const auto unused = [&](const std::string& name) {
@@ -60,6 +63,21 @@ std::vector<std::string> free_coordinates(JointKind kind) {
     for (const std::string_view name : joint_kind(kind).driveable)
         if (!name.empty())
             names.emplace_back(name);
+    return names;
+}
+
+std::vector<std::string> stop_coordinates(const Joint& joint) {
+    std::vector<std::string> names = free_coordinates(joint.kind);
+    const auto freed = [&](Motion motion) {
+        const Fidelity word = joint.holds(motion);
+        return holds_motion(joint.kind, motion) && (word == Fidelity::free || word == Fidelity::bushing);
+    };
+    if (freed(Motion::axial))
+        names.emplace_back("slide");
+    if (freed(Motion::rotation))
+        names.emplace_back("angle");
+    if (joint.kind == JointKind::spherical || joint.kind == JointKind::point_on_axis)
+        names.emplace_back("swing");
     return names;
 }
 

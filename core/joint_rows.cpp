@@ -161,6 +161,8 @@ void add_joint_coordinates(const Joint& joint, JointRecord& record, System& syst
             record.coordinates.push_back({Kind::angle, name, static_cast<int>(system.angles.size()) - 1});
         } else if (name == "slide" || name == "u" || name == "v") {
             record.coordinates.push_back({Kind::displacement, name, name == "u" ? 0 : name == "v" ? 1 : 2});
+        } else if (name == "swing") {
+            record.coordinates.push_back({Kind::swing, name});
         } else {
             record.coordinates.push_back(
                 {name[0] == 'd' ? Kind::point : Kind::rotation, name, name[1] - 'x'});

@@ -100,7 +100,7 @@ struct Friction {
     std::optional<double> sigma0;          // 1/m, bristle stiffness per normal force
     double sigma1 = 0, sigma2 = 0;         // s/m
     std::optional<double> normal_force;    // N, given; else that of the contact or of the reaction
-    std::optional<double> radius;          // m, of the pin (rotations: slip speed = radius x rate)
+    std::optional<double> radius;          // m, of a pin (slip speed = radius x rate), a face or a key
     std::optional<std::string> coordinate; // of the joint; absent: its only free one
 };
 
@@ -123,10 +123,12 @@ struct Clearance {
     std::optional<Friction> friction;
 };
 
-/// Limits of a free coordinate of a joint.
+/// Limits of a free coordinate of a joint; `swing`, the angle between the axes of a ball, has an upper one
+/// only.
 struct Stop {
     std::optional<double> lower, upper; // m or rad
     ContactLaw law;
+    std::optional<Friction> friction; // of what slides over the stop
 };
 
 struct Joint {

@@ -125,8 +125,11 @@ Clearance read_clearance(const JsonInput& in) {
 }
 
 Stop read_stop(const JsonInput& in) {
-    in.expect_keys({"lower", "upper", "law"});
-    return {read_number(in, "lower"), read_number(in, "upper"), read_law(in.at("law"))};
+    in.expect_keys({"lower", "upper", "law", "friction"});
+    Stop out{read_number(in, "lower"), read_number(in, "upper"), read_law(in.at("law")), {}};
+    if (in.has("friction"))
+        out.friction = read_friction(in.at("friction"));
+    return out;
 }
 
 Friction read_friction(const JsonInput& in) {

@@ -262,11 +262,14 @@ class ClearanceCheck {
 
     void friction(const std::string& at, const Friction& friction) const {
         check_friction_law(check_, at, friction);
-        refuse_radius_and_coordinate(check_, at, friction, "a contact");
-        if (friction.normal_force)
-            check_.refuse(at + "/normal_force",
-                          fmt::format("the normal force {} in a contact", *friction.normal_force),
-                          "no normal force: the contact has its own");
+        const bool faces = by_clearance(Motion::axial), key = !ball_ && turns();
+        if (!faces && !key)
+            refuse_radius_and_coordinate(check_, at, friction, "a contact without end faces or key");
+        refuse_coordinate_and_force(check_, at, friction, "a contact");
+        if ((faces || key) && used_ && !friction.radius && !data_.radius && data_.profile.empty())
+            check_.refuse(at + "/radius", "'radius' is missing",
+                          fmt::format("the radius at which {} here or as that of the bearing",
+                                      faces ? "the end faces rub," : "the key rubs,"));
     }
 
     const Checker& check_;
@@ -275,66 +278,6 @@ class ClearanceCheck {
     std::string at_;
     bool used_, ball_, slot_;
 };
-
-void check_stops(const Checker& check, const std::string& at, const Joint& joint) {
-    const auto names = driveable_coordinates(joint.kind, Fidelity::perfect);
-    for (const auto& [coordinate, stop] : joint.stops) {
-        const std::string pointer = at + "/stops/" + coordinate;
-        if (std::ranges::find(names, coordinate) == names.end())
-            check.refuse(pointer,
-                         fmt::format("a {} joint has no coordinate '{}' to stop", joint_kind(joint.kind).name,
-                                     coordinate),
-                         suggestion(coordinate, names) + listed(names));
-        if (joint.drives.contains(coordinate))
-            check.refuse(pointer, fmt::format("stops of '{}', which is driven", coordinate),
-                         "stops of coordinates without a drive");
-        if (!stop.lower && !stop.upper)
-            check.refuse(pointer + "/lower", "neither 'lower' nor 'upper'", "at least one of the two");
-        if (stop.lower)
-            check.finite(pointer, "lower", *stop.lower);
-        if (stop.upper)
-            check.finite(pointer, "upper", *stop.upper);
-        if (stop.lower && stop.upper && *stop.lower >= *stop.upper)
-            check.refuse(pointer + "/upper",
-                         fmt::format("the upper limit {} below the lower {}", *stop.upper, *stop.lower),
-                         "an upper limit above the lower");
-        check_law(check, pointer + "/law", stop.law, {"a stop"});
-    }
-}
-
-void check_joint_friction(const Checker& check, const std::string& at, const Joint& joint) {
-    const std::string_view kind = joint_kind(joint.kind).name;
-    const auto names = driveable_coordinates(joint.kind, Fidelity::perfect);
-    std::vector<std::string> seen;
-    for (std::size_t i = 0; i < joint.friction.size(); ++i) {
-        const Friction& friction = joint.friction[i];
-        const std::string base =
-            at + (joint.friction.size() == 1 ? "/friction" : fmt::format("/friction/{}", i));
-        if (names.empty())
-            check.refuse(base, fmt::format("friction in a {} joint, which has no such coordinate", kind),
-                         "friction in joints with a free coordinate, or in 'clearance'");
-        check_friction_law(check, base, friction);
-        if (!friction.coordinate && names.size() > 1)
-            check.refuse(base + "/coordinate", "'coordinate' is missing", listed(names));
-        const std::string coordinate = friction.coordinate.value_or(names[0]);
-        if (std::ranges::find(names, coordinate) == names.end())
-            check.refuse(base + "/coordinate",
-                         fmt::format("a {} joint has no coordinate '{}'", kind, coordinate),
-                         suggestion(coordinate, names) + listed(names));
-        if (std::ranges::find(seen, coordinate) != seen.end())
-            check.refuse(base + "/coordinate", fmt::format("a second friction on '{}'", coordinate),
-                         "one on each coordinate");
-        seen.push_back(coordinate);
-        if (coordinate.starts_with("angle") != friction.radius.has_value())
-            check.refuse(base + "/radius",
-                         friction.radius ? fmt::format("the radius {} on '{}'", *friction.radius, coordinate)
-                                         : "'radius' is missing",
-                         "a radius on rotations, and only there");
-        if (!friction.normal_force && !is_wholly_perfect(joint))
-            check.refuse(base + "/normal_force", "'normal_force' is missing",
-                         "'normal_force' is required in joints that are not wholly perfect");
-    }
-}
 
 } // namespace
 

@@ -235,16 +235,34 @@ void check_friction_law(const Checker& check, const std::string& at, const Frict
         check.positive(at, "radius", *friction.radius);
 }
 
+namespace {
+
+void refuse_coordinate(const Checker& check, const std::string& at, const Friction& friction,
+                       const char* place) {
+    if (friction.coordinate)
+        check.refuse(at + "/coordinate",
+                     fmt::format("the coordinate '{}' in the friction of {}", *friction.coordinate, place),
+                     "no coordinate here");
+}
+
+} // namespace
+
 void refuse_radius_and_coordinate(const Checker& check, const std::string& at, const Friction& friction,
                                   const char* place) {
     if (friction.radius)
         check.refuse(at + "/radius",
                      fmt::format("the radius {} in the friction of {}", *friction.radius, place),
                      "no radius here");
-    if (friction.coordinate)
-        check.refuse(at + "/coordinate",
-                     fmt::format("the coordinate '{}' in the friction of {}", *friction.coordinate, place),
-                     "no coordinate here");
+    refuse_coordinate(check, at, friction, place);
+}
+
+void refuse_coordinate_and_force(const Checker& check, const std::string& at, const Friction& friction,
+                                 const char* place) {
+    refuse_coordinate(check, at, friction, place);
+    if (friction.normal_force)
+        check.refuse(at + "/normal_force",
+                     fmt::format("the normal force {} in {}", *friction.normal_force, place),
+                     "no normal force: the contact has its own");
 }
 
 } // namespace gudgeon

@@ -17,6 +17,9 @@ void check_law(const Checker& check, const std::string& at, const ContactLaw& la
 /// Law and numbers; normal force, radius and coordinate are checked for their sign only.
 void check_friction_law(const Checker& check, const std::string& at, const Friction& friction);
 
+/// For friction whose normal force is a contact's own.
+void refuse_coordinate_and_force(const Checker& check, const std::string& at, const Friction& friction,
+                                 const char* place);
 /// For friction that is not on a coordinate of a joint.
 void refuse_radius_and_coordinate(const Checker& check, const std::string& at, const Friction& friction,
                                   const char* place);

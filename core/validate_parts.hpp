@@ -54,6 +54,8 @@ void check_joints(const Checker& check);
 void check_forces(const Checker& check);
 /// Fidelity of the motions, clearance, stops and friction of a joint.
 void check_contacts(const Checker& check, const std::string& at, const Joint& joint);
+void check_stops(const Checker& check, const std::string& at, const Joint& joint);
+void check_joint_friction(const Checker& check, const std::string& at, const Joint& joint);
 
 std::string shown(const Vec3& v);
 

@@ -78,6 +78,8 @@ Json to_json(const Stop& stop) {
     put(out, "lower", stop.lower);
     put(out, "upper", stop.upper);
     out["law"] = to_json(stop.law);
+    if (stop.friction)
+        out["friction"] = to_json(*stop.friction);
     return out;
 }
 

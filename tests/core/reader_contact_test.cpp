@@ -21,14 +21,15 @@ const char* const worn = R"({
        "law": {"kind": "lankarani-nikravesh", "stiffness": 5e6, "exponent": 1.4, "restitution": 0.75},
        "axial_law": {"kind": "flores", "stiffness": 6e6, "restitution": 0.5},
        "friction": {"kind": "lugre", "mu_k": "mu", "mu_s": 0.5, "speed": 1e-3, "exponent": 1.5, "sigma0": 1e5,
-                    "sigma1": 316, "sigma2": 0.4}}},
+                    "sigma1": 316, "sigma2": 0.4, "radius": 0.012}}},
     {"name": "C", "kind": "cylindrical", "bodies": ["a", "b"], "point": [0, 0, 0], "axis": [1, 0, 0],
      "fidelity": {"radial": "clearance", "misalignment": "bushing"},
      "bushing": {"stiffness": [0, 0, 0, 7, 8, 0]},
      "clearance": {"radial": 5e-5, "profile": [0.01, 0.011, "c"], "length": 0.04,
        "law": {"kind": "blend", "stiffness": 1e6, "damping": 20, "thickness": 1e-3, "width": 2e-3, "blend": "smooth",
                "hard": {"kind": "hertz", "materials": [{"young": 2e11, "poisson": 0.3}, {"young": 1e11, "poisson": 0.2}]}}},
-     "stops": {"slide": {"lower": -0.1, "upper": "c", "law": {"kind": "kelvin-voigt", "stiffness": 1e5, "restitution": 0.01, "speed": 0.1}},
+     "stops": {"slide": {"lower": -0.1, "upper": "c", "law": {"kind": "kelvin-voigt", "stiffness": 1e5, "restitution": 0.01, "speed": 0.1},
+                         "friction": {"kind": "dahl", "mu_k": 0.3, "sigma0": 3e5, "radius": 0.04}},
                "angle": {"upper": 12.5, "law": {"kind": "tabulated", "table": {"x": [0, 0.1], "y": [0, 3]}, "damping": 4}}},
      "friction": [{"kind": "coulomb", "mu_k": 0.1, "speed": 2e-3, "coordinate": "slide", "normal_force": 30},
                   {"kind": "dahl", "mu_k": 0.2, "sigma0": 2e5, "coordinate": "angle", "normal_force": 40, "radius": 0.02}]},
@@ -40,6 +41,8 @@ const char* const worn = R"({
      "fidelity": "clearance",
      "clearance": {"model": "slot", "radial": 1e-4, "section": [0.02, 0.03], "length": 0.1, "law": {"kind": "linear", "stiffness": 11}},
      "friction": {"kind": "coulomb-smooth", "mu_k": 0.3, "speed": 0.01, "normal_force": 9}},
+    {"name": "B", "kind": "spherical", "bodies": ["a", "b"], "point": [0, 0, 0], "axis": [1, 0, 0],
+     "stops": {"swing": {"upper": 0.7, "law": {"kind": "linear", "stiffness": 11}}}},
     {"name": "U", "kind": "universal", "bodies": ["a", "b"], "point": [0, 0, 0], "axis": [1, 0, 0], "axis2": [0, 1, 0],
      "fidelity": "clearance",
      "clearance": {"radial": 1e-4, "misalignment": 0.03, "radius": 0.02,
@@ -139,6 +142,12 @@ TEST(ReaderContact, StopsAndFriction) {
     EXPECT_EQ(stops.at("slide").lower, -0.1);
     EXPECT_EQ(stops.at("slide").upper, 1e-4);
     EXPECT_EQ(stops.at("slide").law.speed, 0.1);
+    EXPECT_EQ(stops.at("slide").friction->sigma0, 3e5);
+    EXPECT_EQ(stops.at("slide").friction->radius, 0.04);
+    EXPECT_FALSE(stops.at("angle").friction);
+    EXPECT_FALSE(joint("B").stops.at("swing").lower);
+    EXPECT_EQ(joint("B").stops.at("swing").upper, 0.7);
+    EXPECT_EQ(joint("R").clearance->friction->radius, 0.012);
     EXPECT_FALSE(stops.at("angle").lower);
     EXPECT_EQ(stops.at("angle").upper, 12.5);
     EXPECT_EQ(stops.at("angle").law.table.y[1], 3);
@@ -213,6 +222,7 @@ TEST(WriterContact, MixedJointsOverAnotherFidelity) {
     j.motions[0] = Fidelity::clearance;
     j.clearance->axial.reset();
     j.clearance->axial_law.reset();
+    j.clearance->friction->radius.reset(); // no end faces left
     const Model back = parse_model(write_model(m), "written");
     EXPECT_EQ(back.joints[0].holds(Motion::radial), Fidelity::clearance);
     EXPECT_EQ(back.joints[0].holds(Motion::axial), Fidelity::bushing);

@@ -1,5 +1,6 @@
 // Imperfect joints built in C++: what a file cannot say is refused too, data may wait for their fidelity.
 // (The table of refused files: bad_inputs_test.cpp.)
+#include "core/joint_kinds.hpp"
 #include "core/joint_motions.hpp"
 #include "core/model.hpp"
 
@@ -156,6 +157,27 @@ TEST(ValidateContact, ReactionGivesTheNormalForceOfPerfectJointsOnly) {
     };
     EXPECT_EQ(place(Fidelity::perfect), "");
     EXPECT_EQ(place(Fidelity::free), "/joints/0/friction/normal_force");
+}
+
+TEST(JointMotions, CoordinatesThatMayCarryStops) {
+    using Names = std::vector<std::string>;
+    Joint joint;
+    const auto names = [&](JointKind kind, std::optional<Fidelity> axial, std::optional<Fidelity> rotation) {
+        joint.kind = kind;
+        joint.motions = {std::nullopt, axial, std::nullopt, rotation};
+        return stop_coordinates(joint);
+    };
+    EXPECT_EQ(names(JointKind::revolute, {}, {}), Names{"angle"});
+    EXPECT_EQ(names(JointKind::revolute, Fidelity::free, {}), (Names{"angle", "slide"}));
+    EXPECT_EQ(names(JointKind::revolute, Fidelity::bushing, {}), (Names{"angle", "slide"}));
+    EXPECT_EQ(names(JointKind::revolute, Fidelity::clearance, {}), Names{"angle"});
+    EXPECT_EQ(names(JointKind::translation, {}, Fidelity::free), (Names{"slide", "angle"}));
+    EXPECT_EQ(names(JointKind::rigid, Fidelity::free, Fidelity::free), (Names{"slide", "angle"}));
+    EXPECT_EQ(names(JointKind::cylindrical, {}, {}), (Names{"slide", "angle"}));
+    EXPECT_EQ(names(JointKind::spherical, {}, {}), Names{"swing"});
+    EXPECT_EQ(names(JointKind::point_on_axis, {}, {}), (Names{"slide", "swing"}));
+    EXPECT_EQ(names(JointKind::universal, {}, {}), (Names{"angle1", "angle2"}));
+    EXPECT_EQ(names(JointKind::distance, {}, {}), Names{});
 }
 
 TEST(JointMotions, EveryKind) {

@@ -29,6 +29,7 @@ struct HowToRun {
     Onset onset = Onset::threshold;
     int threads = 1;
     long max_steps = 100000;
+    double largest_step = 0; // s; 0: none
 };
 
 inline HardRun simulate(Model model, const HowToRun& how,
@@ -40,6 +41,7 @@ inline HardRun simulate(Model model, const HowToRun& how,
     options.integration.onset = how.onset;
     options.integration.threads = how.threads;
     options.integration.max_steps = how.max_steps;
+    options.integration.step = how.largest_step;
     options.on_contact = [&out](const ContactEvent& event) {
         if (event.kind == ContactEvent::Kind::start) {
             out.starts.push_back(event);
