@@ -1,5 +1,6 @@
 // Friction of end faces, keys and stops, in whole systems.
 #include "contact/friction_face.hpp"
+#include "tests/allocation_count.hpp"
 #include "tests/contact/friction_tools.hpp"
 
 namespace gudgeon {
@@ -239,6 +240,27 @@ TEST(FrictionFace, RadiusOfTheBearing) {
     model.joints[0].clearance->profile = {0.02, 0.03, 0.04};
     model.joints[0].clearance->strips = 3;
     EXPECT_NEAR(moment(), -30 * 0.03, 1e-9);
+}
+
+TEST(FrictionFace, TakesNoMemory) {
+    if (!GUDGEON_COUNTS_ALLOCATIONS)
+        GTEST_SKIP() << "allocations are not counted in this build";
+    for (const Case& c : cases) {
+        SCOPED_TRACE(c.name);
+        const System system = compiled(rubbing(c, lugre()));
+        const State s = pressed(system, c);
+        Workspace ws = make_workspace(system);
+        VecX source(system.friction_states()), decay = source;
+        const auto evaluate_all = [&] {
+            evaluate_forces(system, 0, ws);
+            linearise(system, 0, s.lambda.data(), ws);
+            sample_contacts(system, 0, ws);
+            state_terms(system, 0, ws, source, decay);
+        };
+        set(system, s, ws);
+        evaluate_all(); // vectors grow once
+        EXPECT_EQ(count_allocations(evaluate_all), 0);
+    }
 }
 
 TEST(FrictionFace, SameBitsForAnyNumberOfThreads) {
