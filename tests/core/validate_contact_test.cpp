@@ -41,7 +41,7 @@ Model good() {
     clearance.length = 0.04;
     clearance.law = hertz();
     joint.clearance = clearance;
-    joint.stops["angle"] = {-1, 1, hertz()};
+    joint.stops["angle"] = {-1, 1, hertz(), {}};
     Friction friction;
     friction.kinetic = 0.1;
     friction.speed = 1e-3;
