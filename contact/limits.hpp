@@ -18,6 +18,7 @@ namespace gudgeon {
 /// One measure of relative_motion.hpp, so that a kernel is written once.
 struct DisplacementMeasure {
     Vec3 sa = Vec3::Zero(), sb = Vec3::Zero(), axis = Vec3::UnitX(); // body frames; axis in a
+    static constexpr bool rotation = false;
     static constexpr CouplingMask coupling = couple_all; // B^T B reaches blocks that B^T g does not
     double value(const Evaluation&, const BodyMotion& a, const BodyMotion& b) const {
         return displacement::value(a, b, sa, sb, axis);
@@ -37,6 +38,7 @@ struct DisplacementMeasure {
 struct AngleMeasure {
     AngleFrames frames;
     int angle = 0; // in System::angles
+    static constexpr bool rotation = true;
     static constexpr CouplingMask coupling = angle::coupling;
     double value(const Evaluation& e, const BodyMotion& a, const BodyMotion& b) const {
         return angle::value(a, b, frames, e.angle_reference(angle));
@@ -55,6 +57,7 @@ struct AngleMeasure {
 
 struct CosineMeasure {
     Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(); // in a, in b
+    static constexpr bool rotation = true;
     static constexpr CouplingMask coupling = alignment::coupling;
     double value(const Evaluation&, const BodyMotion& a, const BodyMotion& b) const {
         return alignment::value(a, b, x, y);
@@ -85,7 +88,7 @@ template <class Measure> struct LimitKernel {
     static PairWrench wrench(const Evaluation& e, const Element& x);
     static void linearise(const Evaluation& e, const Element& x, BlockMatrix& c, BlockMatrix& s);
     static EnergyRates energies(const Evaluation& e, const Element& x);
-    static ContactPlace place(const Element& x, int) { return {x.place, 0}; }
+    static ContactPlace place(const Element& x, int) { return {x.place, 0, Measure::rotation}; }
     static ContactSample sample(const Evaluation& e, const Element& x, int contact, int slot);
 };
 
