@@ -267,6 +267,8 @@ class ClearanceCheck {
             check_.refuse(at + "/normal_force",
                           fmt::format("the normal force {} in a contact", *friction.normal_force),
                           "no normal force: the contact has its own");
+        if (ball_ || data_.model == "planar")
+            need("radius", data_.radius.has_value(), "where the contact rubs");
     }
 
     const Checker& check_;
