@@ -85,7 +85,7 @@ class ContactWatch {
         bool touches = false;
     };
     std::vector<JointNow> now_; // scratch of record()
-    VecX before_speed_;                 // ContactMemory::start_speed before the last commit
+    VecX before_speed_;         // ContactMemory::start_speed before the last commit
     bool changed_ = false;
     double suggested_ = 0;
 };
