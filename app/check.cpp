@@ -7,6 +7,7 @@
 #include "core/channels.hpp"
 #include "core/joint_kinds.hpp"
 #include "core/joint_motions.hpp"
+#include "solvers/notices.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -106,6 +107,8 @@ int check(const ModelArguments& arguments, const Console& console) {
     const RedundancyReport redundancy = find_redundancy(system, state);
     console.out << fmt::format("degrees of freedom  {}\nredundant rows      {}\n", redundancy.dof,
                                redundancy.dependent.size());
+    for (const std::string& notice : start_notices(system, state))
+        console.out << "notice              " << notice << '\n';
     if (redundancy.dependent.empty())
         return Exit::ok;
     console.err << fmt::format(

@@ -188,7 +188,8 @@ int run(const RunArguments& arguments, const Console& console) {
     record.setup_phases = sim.statistics().seconds;
     record.setup_seconds = cpu_seconds() - begin;
     if (!arguments.quiet)
-        console.out << assembly_report(sim.system(), sim.assembly()) << std::flush;
+        console.out << assembly_report(sim.system(), sim.assembly()) << notice_report(sim.notices())
+                    << std::flush;
 
     try {
         Progress progress(console, !arguments.quiet, grid.end());

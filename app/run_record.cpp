@@ -86,18 +86,29 @@ void add_counts(ordered_json& out, const Statistics& s) {
     out["constraint_velocity_max"] = s.constraint_velocity_max;
 }
 
+bool rotations_only(const System& system, int joint) {
+    return std::ranges::none_of(system.contacts,
+                                [&](const ContactChannel& c) { return c.joint == joint && !c.rotation; });
+}
+
 ordered_json contacts_json(const Simulation& sim, double reached) {
     const System& system = sim.system();
     const State state = sim.state();
     ordered_json out = ordered_json::object();
     for (std::size_t i = 0; i < system.contact_joints.size(); ++i) {
         const ContactHistory& h = state.history[i];
+        const bool turns = rotations_only(system, system.contact_joints[i]);
         out[system.joints[system.contact_joints[i]].name] = {
             {"impacts", h.impacts},
-            {"deepest", h.deepest},
-            {"peak_force", h.peak_force},
+            {"deepest", turns ? h.deepest_angle : h.deepest},
+            {"peak_force", turns ? h.peak_moment : h.peak_force},
             {"share", reached > 0 ? h.touching / reached : 0.0},
             {"energy_lost", state.work[2 + static_cast<Eigen::Index>(i)]}};
+        if (!turns && h.peak_moment > 0) {
+            auto& joint = out[system.joints[system.contact_joints[i]].name];
+            joint["deepest_angle"] = h.deepest_angle;
+            joint["peak_moment"] = h.peak_moment;
+        }
     }
     return out;
 }
@@ -155,7 +166,8 @@ ordered_json summary(const RunArguments& arguments, const SimulationOptions& use
                      {"dof", sim.redundancy().dof},
                      {"redundant", sim.redundancy().dependent.size()},
                      {"redundant_lines", sim.redundancy().lines(system)},
-                     {"assembly", assembly_json(system, sim.assembly())}};
+                     {"assembly", assembly_json(system, sim.assembly())},
+                     {"notices", sim.notices()}};
     add_counts(out, statistics);
     out["energy_balance_max"] = record.balance_max;
     out["cpu_seconds"] = record.cpu_seconds;
@@ -190,6 +202,13 @@ std::string assembly_report(const System& system, const AssemblyReport& report) 
     }
     if (changes.size() > most)
         text += fmt::format("  and {} bodies more\n", changes.size() - most);
+    return text;
+}
+
+std::string notice_report(const std::vector<std::string>& notices) {
+    std::string text;
+    for (const std::string& notice : notices)
+        text += fmt::format("Notice: {}.\n", notice);
     return text;
 }
 

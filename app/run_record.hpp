@@ -28,6 +28,7 @@ nlohmann::ordered_json summary(const RunArguments& arguments, const SimulationOp
 
 /// Lines for the terminal.
 std::string assembly_report(const System& system, const AssemblyReport& report);
+std::string notice_report(const std::vector<std::string>& notices);
 std::string run_report(const LoadedModel& loaded, const Simulation& sim, const RunRecord& record,
                        const std::filesystem::path& folder);
 

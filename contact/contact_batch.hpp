@@ -28,6 +28,7 @@ struct ContactElement : ForceElement {
 struct ContactPlace {
     std::string_view name;
     int number = 0;
+    bool rotation = false;
 };
 
 /// The three states of a contact of x, from number `state` on.
@@ -57,7 +58,7 @@ template <class Kernel> class ContactBatchOf final : public ForceBatchOf<Kernel>
             for (int contact = 0; contact < Kernel::contacts; ++contact)
                 for (int slot = 0; slot < x.law.slots(); ++slot) {
                     const ContactPlace place = Kernel::place(x, contact);
-                    channels.push_back({batch, x.joint, x.a, x.b, place.name, place.number});
+                    channels.push_back({batch, x.joint, x.a, x.b, place.name, place.number, place.rotation});
                     owner_.push_back(static_cast<int>(i));
                 }
         }

@@ -24,6 +24,7 @@ namespace gudgeon {
 /// One measure of relative_motion.hpp, so that a kernel is written once.
 struct DisplacementMeasure {
     Vec3 sa = Vec3::Zero(), sb = Vec3::Zero(), axis = Vec3::UnitX(); // body frames; axis in a
+    static constexpr bool rotation = false;
     static constexpr CouplingMask coupling = couple_all; // B^T B reaches blocks that B^T g does not
     static constexpr bool rubs = true;
     double value(const Evaluation&, const BodyMotion& a, const BodyMotion& b) const {
@@ -44,6 +45,7 @@ struct DisplacementMeasure {
 struct AngleMeasure {
     AngleFrames frames;
     int angle = 0; // in System::angles
+    static constexpr bool rotation = true;
     static constexpr CouplingMask coupling = angle::coupling;
     static constexpr bool rubs = false;
     double value(const Evaluation& e, const BodyMotion& a, const BodyMotion& b) const {
@@ -69,6 +71,7 @@ struct KeyMeasure : AngleMeasure {
 
 struct CosineMeasure {
     Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(); // in a, in b
+    static constexpr bool rotation = true;
     static constexpr CouplingMask coupling = alignment::coupling;
     static constexpr bool rubs = false;
     double value(const Evaluation&, const BodyMotion& a, const BodyMotion& b) const {
@@ -88,6 +91,7 @@ struct CosineMeasure {
 
 struct SwingMeasure {
     Vec3 x = Vec3::UnitX(), y = Vec3::UnitX(); // in a, in b
+    static constexpr bool rotation = true;
     static constexpr CouplingMask coupling = swing::coupling;
     static constexpr bool rubs = false;
     double value(const Evaluation&, const BodyMotion& a, const BodyMotion& b) const {
@@ -120,7 +124,7 @@ template <class Measure> struct LimitKernel {
     static PairWrench wrench(const Evaluation& e, const Element& x);
     static void linearise(const Evaluation& e, const Element& x, BlockMatrix& c, BlockMatrix& s);
     static EnergyRates energies(const Evaluation& e, const Element& x);
-    static ContactPlace place(const Element& x, int) { return {x.place, 0}; }
+    static ContactPlace place(const Element& x, int) { return {x.place, 0, Measure::rotation}; }
     static ContactSample sample(const Evaluation& e, const Element& x, int contact, int slot);
     static void state_terms(const Evaluation& e, const Element& x, int contact, double* source,
                             double* decay) requires Measure::rubs;

@@ -18,6 +18,7 @@ struct ContactChannel {
     int a, b;               // bodies, bearing and journal side
     std::string_view place; // "strip", "end face", "stop of slide", ...
     int number = 0;         // of its kind in the joint, from 1; 0: the only one
+    bool rotation = false;  // depth in rad and a moment, not m and a force
 };
 
 /// What one channel does at an instant.
@@ -44,10 +45,12 @@ struct ContactMemory {
 
 /// History of one joint with contacts, for the record.
 struct ContactHistory {
-    long impacts = 0;      // starts of contact, of all its channels
-    double deepest = 0;    // m or rad
-    double peak_force = 0; // N or N m, of the joint's resultant
-    double touching = 0;   // s during which some channel touched
+    long impacts = 0;         // starts of contact, of all its channels
+    double deepest = 0;       // m
+    double deepest_angle = 0; // rad
+    double peak_force = 0;    // N, of the joint's resultant
+    double peak_moment = 0;   // N m, largest of its rotations
+    double touching = 0;      // s during which some channel touched
 };
 
 } // namespace gudgeon

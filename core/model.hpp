@@ -128,7 +128,7 @@ struct Clearance {
 struct Stop {
     std::optional<double> lower, upper; // m or rad
     ContactLaw law;
-    std::optional<Friction> friction; // of what slides over the stop
+    std::optional<Friction> friction = std::nullopt; // of what slides over the stop
 };
 
 struct Joint {

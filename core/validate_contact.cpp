@@ -266,6 +266,8 @@ class ClearanceCheck {
         if (!faces && !key)
             refuse_radius_and_coordinate(check_, at, friction, "a contact without end faces or key");
         refuse_coordinate_and_force(check_, at, friction, "a contact");
+        if (ball_ || data_.model == "planar")
+            need("radius", data_.radius.has_value(), "where the contact rubs");
         if ((faces || key) && used_ && !friction.radius && !data_.radius && data_.profile.empty())
             check_.refuse(at + "/radius", "'radius' is missing",
                           fmt::format("the radius at which {} here or as that of the bearing",

@@ -38,16 +38,19 @@ void check_limits(const Checker& check, const std::string& pointer, const std::s
 /// Stops rub where something slides over them: sideways, turning about a slide, or along the axis of a turn.
 void check_stop_friction(const Checker& check, const std::string& pointer, const std::string& coordinate,
                          const Joint& joint, const Friction& friction) {
-    const bool key = coordinate == "angle" && joint.kind == JointKind::cylindrical;
-    const bool turns =
-        coordinate == "slide" && joint.kind != JointKind::translation && joint.kind != JointKind::rigid;
+    const bool slide = coordinate == "slide", on_axis = joint.kind == JointKind::point_on_axis;
+    const auto loose = [&](Motion motion) {
+        return !holds_motion(joint.kind, motion) || joint.holds(motion) != Fidelity::perfect;
+    };
+    const bool key = coordinate == "angle" && joint.kind != JointKind::planar && loose(Motion::axial);
+    const bool turns = slide && loose(Motion::rotation);
     const bool sideways =
-        coordinate == "u" || coordinate == "v" || (coordinate == "slide" && !is_wholly_perfect(joint));
+        coordinate == "u" || coordinate == "v" || (slide && !on_axis && loose(Motion::radial));
     if (!key && !turns && !sideways)
         check.refuse(pointer,
                      fmt::format("friction in a stop of '{}' in a {} joint, over which nothing slides",
                                  coordinate, joint_kind(joint.kind).name),
-                     "friction in stops of 'u', 'v' and 'slide', and of 'angle' in cylindrical joints");
+                     "friction where a face turns or moves sideways, or a key slides along the axis");
     check_friction_law(check, pointer, friction);
     refuse_coordinate_and_force(check, pointer, friction, "a stop");
     if (!sideways && !friction.radius)

@@ -43,7 +43,7 @@ double greatest_depth(double h, const ContactSample& a, const ContactSample& b) 
 ContactWatch::ContactWatch(const System& system, const IntegratorOptions& options)
     : system_(system), onset_(options.onset),
       share_(std::min(energy_per_tolerance * std::max(options.rtol, 1e-12), largest_share)),
-      before_(system.contacts.size()), suggested_(infinity) {}
+      before_(system.contacts.size()), now_(system.contact_joints.size()), suggested_(infinity) {}
 
 void ContactWatch::tell(ContactEvent::Kind kind, int channel, double t, double depth, double speed) const {
     if (on_contact)
@@ -240,38 +240,30 @@ void ContactWatch::memory_inside(ContactMemory& out) const {
         out.start_speed = out.start_speed.cwiseMax(before_speed_);
 }
 
+// A joint's channels lie in several batches: strips, end faces, stops.
 void ContactWatch::record(double t0, double t1, State& state, Workspace& ws) {
-    int joint = -1;
-    Vec3 resultant = Vec3::Zero();
-    double moment = 0;
-    bool touches = false;
-    const auto finish = [&] {
-        if (joint < 0)
-            return;
-        ContactHistory& history = state.history[system_.joints[joint].contact];
-        history.peak_force = std::max(history.peak_force, std::max(resultant.norm(), moment));
-        if (touches)
-            history.touching += t1 - t0;
-    };
+    std::ranges::fill(now_, JointNow{});
     for (int c = 0; c < system_.channels(); ++c) {
-        if (system_.contacts[c].joint != joint) {
-            finish();
-            joint = system_.contacts[c].joint;
-            resultant.setZero();
-            moment = 0;
-            touches = false;
-        }
-        const ContactSample& now = ws.samples[c];
-        if (!(now.depth > 0) && !(before_[c].depth > 0))
+        const ContactSample& sample = ws.samples[c];
+        if (!(sample.depth > 0) && !(before_[c].depth > 0))
             continue;
-        touches = touches || now.depth > 0;
-        ContactHistory& history = state.history[system_.joints[joint].contact];
-        history.deepest = std::max(history.deepest, greatest_depth(t1 - t0, before_[c], now));
-        resultant += now.normal_force + now.friction_force;
-        if (now.normal_force.isZero())
-            moment = std::max(moment, now.force);
+        const int joint = system_.joints[system_.contacts[c].joint].contact;
+        JointNow& now = now_[joint];
+        ContactHistory& history = state.history[joint];
+        now.touches = now.touches || sample.depth > 0;
+        double& deepest = system_.contacts[c].rotation ? history.deepest_angle : history.deepest;
+        deepest = std::max(deepest, greatest_depth(t1 - t0, before_[c], sample));
+        now.resultant += sample.normal_force + sample.friction_force;
+        if (system_.contacts[c].rotation)
+            now.moment = std::max(now.moment, sample.force);
     }
-    finish();
+    for (std::size_t joint = 0; joint < now_.size(); ++joint) {
+        ContactHistory& history = state.history[joint];
+        history.peak_force = std::max(history.peak_force, now_[joint].resultant.norm());
+        history.peak_moment = std::max(history.peak_moment, now_[joint].moment);
+        if (now_[joint].touches)
+            history.touching += t1 - t0;
+    }
 }
 
 } // namespace gudgeon

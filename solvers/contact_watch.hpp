@@ -79,7 +79,13 @@ class ContactWatch {
     double share_; // of the energy of approach
     std::vector<Crossing> starts_;
     std::vector<ContactSample> before_; // samples at the last accepted step
-    VecX before_speed_;                 // ContactMemory::start_speed before the last commit
+    struct JointNow {
+        Vec3 resultant = Vec3::Zero();
+        double moment = 0;
+        bool touches = false;
+    };
+    std::vector<JointNow> now_; // scratch of record()
+    VecX before_speed_;         // ContactMemory::start_speed before the last commit
     bool changed_ = false;
     double suggested_ = 0;
 };

@@ -3,6 +3,7 @@
 #include "contact/standard_forces.hpp"
 #include "core/matrices.hpp"
 #include "solvers/consistent.hpp"
+#include "solvers/notices.hpp"
 #include "solvers/phase_timer.hpp"
 
 #include <fmt/format.h>
@@ -25,6 +26,7 @@ struct Simulation::Impl {
     State start;
     AssemblyReport assembly;
     RedundancyReport redundancy;
+    std::vector<std::string> notices;
     std::unique_ptr<Integrator> integrator;
     ConsistentSolver consistent;
     Workspace ws; // for samples
@@ -37,6 +39,7 @@ struct Simulation::Impl {
         : system(compile_all(std::move(model), options)), start(initial_state(system)), consistent(system),
           ws(make_workspace(system)) {
         assemble();
+        notices = start_notices(system, start);
         integrator = make_integrator(options.integrator, system, options.integration);
         integrator->set_on_contact(options.on_contact);
         integrator->start(start);
@@ -117,6 +120,7 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 const System& Simulation::system() const { return impl_->system; }
 const AssemblyReport& Simulation::assembly() const { return impl_->assembly; }
 const RedundancyReport& Simulation::redundancy() const { return impl_->redundancy; }
+const std::vector<std::string>& Simulation::notices() const { return impl_->notices; }
 const char* Simulation::integrator_name() const { return impl_->integrator->name(); }
 std::vector<IntegratorUse> Simulation::integrator_uses() const {
     std::vector<IntegratorUse> uses = impl_->integrator->uses();

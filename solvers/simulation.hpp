@@ -48,6 +48,8 @@ class Simulation {
     const System& system() const;
     const AssemblyReport& assembly() const;
     const RedundancyReport& redundancy() const;
+    /// What to know of the start (notices.hpp): contacts that begin deep, clearances of zero.
+    const std::vector<std::string>& notices() const;
     const Statistics& statistics() const;
     const char* integrator_name() const;
     /// Methods used so far with the reasons (auto), or the one that was asked for.

@@ -151,7 +151,7 @@ TEST_P(HardCase, StopHitAt1257RadPerSecond) {
     EXPECT_NEAR(run.starts[1].t - run.ends[0].t, (*stop.upper - *stop.lower) / (1257 * ratio),
                 radau() ? 1e-9 : 2e-7);
     EXPECT_NEAR(run.last.state.u[3] / (1257 * ratio * ratio), 1, error);
-    EXPECT_NEAR(run.history[0].deepest / impact_depth(factor(0.75), 1e-3, 1257, 1e6), 1, 1e-3);
+    EXPECT_NEAR(run.history[0].deepest_angle / impact_depth(factor(0.75), 1e-3, 1257, 1e6), 1, 1e-3);
     EXPECT_LT(run.statistics.steps, 1500);
 }
 

@@ -141,8 +141,8 @@ TEST(LimitMotion, ConeThrowsBackAsItsLawSays) {
         for (const JointKind kind : {JointKind::spherical, JointKind::point_on_axis}) {
             const HardRun back = run(linear, {w, 0, 0}, kind, 1.7 * half + pi * rise);
             EXPECT_EQ(back.history[0].impacts, 1);
-            EXPECT_NEAR(back.history[0].deepest / (w * rise), 1, 1e-4);
-            EXPECT_NEAR(back.history[0].peak_force / (w * rise * K), 1, 1e-3);
+            EXPECT_NEAR(back.history[0].deepest_angle / (w * rise), 1, 1e-4);
+            EXPECT_NEAR(back.history[0].peak_moment / (w * rise * K), 1, 1e-3);
             EXPECT_NEAR(back.last.state.u[3], -w, 1e-5);
             EXPECT_NEAR(back.last.state.u.segment<2>(4).norm(), 0, 1e-7);
             EXPECT_LT(back.balance, 1e-6);
@@ -152,7 +152,7 @@ TEST(LimitMotion, ConeThrowsBackAsItsLawSays) {
         }
         const JointKind ball = JointKind::spherical;
         const HardRun hertz = run(law_of("hertz", K, 1), {0, -w, 0}, ball, 1.3 * half + 0.1, "gear");
-        EXPECT_NEAR(hertz.history[0].deepest / hertz_depth, 1, 1e-3);
+        EXPECT_NEAR(hertz.history[0].deepest_angle / hertz_depth, 1, 1e-3);
         EXPECT_NEAR(hertz.last.state.u[4], w, 1e-4);
         const HardRun damped = run(law_of("lankarani-nikravesh", K, 0.5), {w, 0, 0}, ball, 1.3 * half + 0.1);
         const double ratio = speed_ratio(factor(0.5));
@@ -202,8 +202,8 @@ TEST(LimitMotion, PendulumInACone) {
             const double deepest = std::pow(2.5 * start / K, 0.4);
             EXPECT_GT(run.history[0].impacts, 4);
             EXPECT_LT(widest, cone + deepest);
-            EXPECT_LT(run.history[0].deepest, deepest);
-            EXPECT_GT(run.history[0].deepest, 0.05 * deepest);
+            EXPECT_LT(run.history[0].deepest_angle, deepest);
+            EXPECT_GT(run.history[0].deepest_angle, 0.05 * deepest);
             EXPECT_LT(most_spin - least_spin, 3e-5);
             EXPECT_LT(run.balance, 2e-4);
         }
