@@ -80,6 +80,32 @@ void add_friction_linearisation(const PointFriction& friction, const BodyMotion&
     S.block[3][3] -= skew(b.A.transpose() * arm_b.cross(F));
 }
 
+// The bristles turn with a: seen from there they rest.
+void add_relative_friction(const PointFriction& friction, const Vec3& n, const Vec3& arm,
+                           const Vec3& velocity, const Vec3& turning, const Mat36& dn, const Mat36& dp,
+                           const Vec6& depth_slope, const Vec6& change, double by_rate, RelativeWrench& out) {
+    const Mat3& P = friction.tangential;
+    const Mat3 by_slip = friction.normal_force * (P * friction.f.by_speed), by_velocity = by_slip * P;
+    const Vec3 pressed = P * friction.f.mu, force = -friction.force; // on a
+    const auto tilt = [&n](const Vec3& x) -> Mat3 {                  // d(P x)/dn
+        return -n.dot(x) * Mat3::Identity() - n * x.transpose();
+    };
+    Mat36 by_pose = pressed * change.transpose() + by_velocity * skew(turning) * dp;
+    by_pose += (friction.normal_force * tilt(friction.f.mu) + by_slip * tilt(velocity)) * dn;
+    Mat36 by_twist = pressed * (by_rate * depth_slope.transpose());
+    by_twist.leftCols<3>() += by_velocity;
+    by_twist.rightCols<3>() -= by_velocity * skew(arm);
+
+    const Mat3 lever = skew(arm);
+    out.value.head<3>() += force;
+    out.value.tail<3>() += arm.cross(force);
+    out.by_pose.topRows<3>() += by_pose;
+    out.by_pose.bottomRows<3>() += lever * by_pose - skew(force) * dp;
+    out.by_twist.topRows<3>() += by_twist;
+    out.by_twist.bottomRows<3>() += lever * by_twist;
+    out.damps = true;
+}
+
 void point_state_terms(const PointFriction& friction, const BodyMotion& a, double* source, double* decay) {
     const Vec3 slip = a.A.transpose() * friction.slip;
     std::copy_n(slip.data(), 3, source);

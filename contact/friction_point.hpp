@@ -11,6 +11,7 @@
 
 #include "contact/friction_law.hpp"
 #include "contact/point_contact.hpp"
+#include "contact/relative_wrench.hpp"
 
 #include <array>
 
@@ -36,6 +37,12 @@ void add_friction_linearisation(const PointFriction& friction, const BodyMotion&
                                 const ContactPoint& c, const ContactPointRates& rates,
                                 const Gradient<1>& depth_rate, const Gradient<1>& change, double by_rate,
                                 BlockMatrix& C, BlockMatrix& S);
+
+/// The same seen from a (relative_wrench.hpp): arm = p - origin; velocity of b's material at p off a's,
+/// turning = w_b - w_a; dn and dp, change = dN/d(pose) in six columns, depth_slope = d(depth)/d(pose).
+void add_relative_friction(const PointFriction& friction, const Vec3& n, const Vec3& arm,
+                           const Vec3& velocity, const Vec3& turning, const Mat36& dn, const Mat36& dp,
+                           const Vec6& depth_slope, const Vec6& change, double by_rate, RelativeWrench& out);
 
 /// z' = source - decay z of the three states.
 void point_state_terms(const PointFriction& friction, const BodyMotion& a, double* source, double* decay);

@@ -15,6 +15,7 @@
 #pragma once
 
 #include "contact/point_contact.hpp"
+#include "contact/relative_wrench.hpp"
 
 namespace gudgeon {
 
@@ -40,21 +41,30 @@ CylinderPose cylinder_pose(const BodyMotion& a, const BodyMotion& b, const Cylin
 double bearing_depth_bound(const CylinderPose& pose, double journal_radius, double half_span,
                            double least_radius);
 
-/// The same for one strip.
-double strip_depth_bound(const CylinderPose& pose, double journal_radius, double offset, double radius);
-
 /// Frame of the ellipses: e normal to both axes, f normal to e and s, m normal to e and z.
 struct StripFrame {
     Vec3 e, f, m;
     double sine = 0;         // of the tilt, >= 0: s = cosine z + sine m
     double q_e = 0, q_f = 0; // m, journal axis off the circle of offset 0
     double x = 0;            // m, centre of that circle along the journal
+    double cosine = 1;       // z . s
+
+    double journal_f(double offset) const { return q_f + offset * sine; } // m, beside q_e
 };
 StripFrame strip_frame(const CylinderPose& pose);
+
+/// Never below the depth of a strip, above it by at most R (1 - |z.s|).
+double strip_depth_bound(const StripFrame& frame, double journal_radius, double offset, double radius);
+/// That bound is not above zero: the strip does not touch.
+bool strip_is_apart(const StripFrame& frame, double journal_radius, double offset, double radius);
+/// The second nearest point is at least R (z.s)^2 from the journal's axis: below that one side at most
+/// touches.
+bool may_touch_twice(const StripFrame& frame, double journal_radius, double radius);
 
 struct StripPoint : ContactPoint {
     double x = 0;               // m, along the journal's axis from P_b
     Vec3 radial = Vec3::Zero(); // unit, rho
+    Vec3 arm = Vec3::Zero();    // m, p - P_a
     double radius = 0;          // m, of the circle
     double distance = 0;        // m, of p from the journal's axis
 };
@@ -62,10 +72,35 @@ struct StripPoint : ContactPoint {
 /// The local nearest points of the circle, the nearest first: 1 or 2.
 int strip_points(const CylinderPose& pose, const StripFrame& frame, double journal_radius, double offset,
                  double radius, StripPoint out[2]);
+/// The nearest one alone, if it is deeper than `above` (else false, and out is not filled).
+bool nearest_strip_point(const CylinderPose& pose, const StripFrame& frame, double journal_radius,
+                         double offset, double radius, double above, StripPoint& out);
 
-/// Exact rates through the implicit function; position, if asked for, gets dx/dq (and x' = dx/dq u).
-ContactPointRates strip_rates(const BodyMotion& a, const BodyMotion& b, const CylinderPose& pose,
-                              const StripPoint& c, Gradient<1>* position = nullptr);
+/// How a point moves, seen from the bearing, with the journal's displacement at P_a and its turn (six
+/// columns, global components; relative_wrench.hpp). Exact, through the implicit function: with r the arm, w
+/// = d n from the axis to p, tau = z x rho, t = s x n, k = t . tau, G = (n, r x n), T = (t, r x t)
+///   depth    G
+///   angle    phi = (k T + (0, tau x w)) / g,   g = R (1 - (s . tau)^2) - w . rho
+///   point    dp = R tau phi
+///   normal   dn = t (R k phi - T) / d + turn x n
+///   wrench   dG = R g / d phi phi^T - T T^T / d + (0, turn x n; 0, r x (turn x n))
+struct StripSlopes {
+    StripSlopes(const CylinderPose& pose, const StripPoint& c);
+
+    Vec3 tau, t;
+    Vec6 depth, tangent, angle;    // G, T, phi
+    double k, along;               // along = s . tau
+    double g, per_g, per_distance; // m, 1/m; the last two 0 where they are infinite
+
+    Vec6 slide(double radius) const { return per_distance * (radius * k * angle - tangent); } // dn = t slide
+    Mat36 point(const StripPoint& c) const { return c.radius * tau * angle.transpose(); }
+    Mat36 normal(const StripPoint& c) const;
+    /// Of the depth's rate n . velocity, velocity that of the journal's material at p off the bearing's,
+    /// turning its angular velocity, both held seen from the bearing.
+    Vec6 rate(const StripPoint& c, const Vec3& velocity, const Vec3& turning) const;
+    Vec6 position(const CylinderPose& pose, const StripPoint& c) const;       // of StripPoint::x
+    Mat6 position_slope(const CylinderPose& pose, const StripPoint& c) const; // of position()
+};
 
 /// Part of a strip [x - width/2, x + width/2] that a journal [-length/2, length/2] covers, in 0..1, and its
 /// derivative in x (1/m). Continuous, with kinks where an end of the strip passes an end of the journal.

@@ -1,6 +1,4 @@
-#include "contact/strip_batch.hpp"
-
-#include "contact/clearance.hpp"
+#include "contact/strip_touches.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,34 +7,11 @@ namespace gudgeon {
 
 namespace {
 
-constexpr std::size_t parallel_strips = 256; // below, one thread is quicker
-constexpr int most_points = 2;               // of a strip
+constexpr int block_strips = 32; // at most, the work of a thread at a time
 
 double angle_between(double x, double y) { return std::abs(std::remainder(x - y, 2 * pi)); }
 
 } // namespace
-
-struct StripBatch::Pose {
-    CylinderPose pose;
-    StripFrame frame;
-    Pose(const Evaluation& e, const StripJoint& x)
-        : pose(cylinder_pose(e.body[x.a], e.body[x.b], x.cylinders)), frame(strip_frame(pose)) {}
-};
-
-struct StripBatch::Found {
-    int count = 0;
-    std::array<StripPoint, most_points> point;
-    std::array<int, most_points> memory{0, 1}; // which of the strip's memories the point owns
-};
-
-struct StripBatch::Touch {
-    const StripPoint& point;
-    double rate; // m/s
-    Coverage cover;
-    double share;  // of the joint's law
-    NormalForce f; // with the share
-    int place;     // strip and memory: contact number of the joint
-};
 
 void StripBatch::add(StripJoint x, const std::vector<double>& offsets, const std::vector<double>& radii) {
     x.first_strip = static_cast<int>(offset_.size());
@@ -53,17 +28,22 @@ void StripBatch::add(StripJoint x, const std::vector<double>& offsets, const std
 
 void StripBatch::finish(BlockLayoutBuilder& layout) {
     joints_.colour(layout.moving());
-    joint_of_strip_.resize(offset_.size());
     for (int j = 0; j < size(); ++j) {
         StripJoint& x = joints_.items()[j];
         x.pair = layout.pair(x.a, x.b, couple_all);
-        std::fill_n(joint_of_strip_.begin() + x.first_strip, x.strips, j);
+        x.first_block = static_cast<int>(blocks_.size());
+        const int end = x.first_strip + x.strips;
+        for (int first = x.first_strip; first < end; first += block_strips)
+            blocks_.push_back({j, first, std::min(first + block_strips, end)});
+        x.blocks = static_cast<int>(blocks_.size()) - x.first_block;
     }
 }
 
-bool StripBatch::in_reach(const Evaluation& e, const StripJoint& x) const {
+std::optional<StripBatch::Pose> StripBatch::in_reach(const Evaluation& e, const StripJoint& x) const {
     const CylinderPose pose = cylinder_pose(e.body[x.a], e.body[x.b], x.cylinders);
-    return bearing_depth_bound(pose, x.cylinders.journal_radius, x.half_span, x.least_radius) > 0;
+    if (bearing_depth_bound(pose, x.cylinders.journal_radius, x.half_span, x.least_radius) <= 0)
+        return std::nullopt;
+    return Pose(e, x, pose);
 }
 
 std::size_t StripBatch::strips_in_reach(const Evaluation& e) const {
@@ -73,17 +53,22 @@ std::size_t StripBatch::strips_in_reach(const Evaluation& e) const {
     return sum;
 }
 
-// The points of a strip; a point takes the memory of the contact nearest to it around the bearing.
-StripBatch::Found StripBatch::find(const Evaluation& e, const StripJoint& x, const Pose& pose,
-                                   int strip) const {
-    Found out;
-    out.count = strip_points(pose.pose, pose.frame, x.cylinders.journal_radius, offset_[strip],
-                             radius_[strip], out.point.data());
+// The points of a strip deeper than `above`; a point takes the memory of the contact nearest to it around
+// the bearing. Where one side at most can touch there is nothing to choose.
+void StripBatch::find(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip, double above,
+                      Found& out) const {
+    const double journal = x.cylinders.journal_radius, offset = offset_[strip], radius = radius_[strip];
     const int stride = x.law.slots();
     const int first = x.channel + (strip - x.first_strip) * most_points * stride, second = first + stride;
     const bool lives[2] = {e.start_speed[first] >= 0, e.start_speed[second] >= 0};
+    out.memory = {0, 1};
+    if (!lives[1] && !may_touch_twice(pose.frame, journal, radius)) {
+        out.count = nearest_strip_point(pose.pose, pose.frame, journal, offset, radius, above, out.point[0]);
+        return;
+    }
+    out.count = strip_points(pose.pose, pose.frame, journal, offset, radius, out.point.data());
     if (!lives[1] && (out.count == 1 || !lives[0]))
-        return out;
+        return;
     const Mat3& A = e.body[x.a].A;
     const auto distance = [&](int point, int memory) {
         const Vec3& radial = out.point[point].radial;
@@ -94,375 +79,159 @@ StripBatch::Found StripBatch::find(const Evaluation& e, const StripJoint& x, con
                                         : distance(0, 1) + distance(1, 0) < distance(0, 0) + distance(1, 1);
     if (crossed)
         std::swap(out.memory[0], out.memory[1]);
-    return out;
 }
 
-template <class F>
-void StripBatch::for_touches(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip,
-                             F&& f) const {
-    if (strip_depth_bound(pose.pose, x.cylinders.journal_radius, offset_[strip], radius_[strip]) <= 0)
-        return;
-    const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
-    const Found found = find(e, x, pose, strip);
-    for (int i = 0; i < found.count; ++i) {
-        const StripPoint& p = found.point[i];
-        if (!(p.depth > 0))
-            continue;
-        const Coverage cover = strip_coverage(p.x, x.width, x.journal_length);
-        if (!(cover.fraction > 0))
-            continue;
-        const double rate = p.n.dot(point_velocity_at(b, p.p) - point_velocity_at(a, p.p));
-        const double share = cover.fraction * x.share;
-        const int place = (strip - x.first_strip) * most_points + found.memory[i];
-        const int channel = x.channel + place * x.law.slots();
-        f(Touch{p, rate, cover, share, contact_force(e, x.law, channel, share, p.depth, rate), place});
-    }
-}
-
-PointFriction StripBatch::friction_of(const Evaluation& e, const StripJoint& x, const Touch& touch) const {
-    return point_friction(*x.friction, x.states(e, touch.place), e.body[x.a], e.body[x.b], touch.point,
-                          touch.f.force);
-}
-
-// Force on a and its moment about the bearing's middle, global.
-Vec6 StripBatch::strip_wrench(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip) const {
+// Force on a and its moment about the bearing's middle, global. The edge of the journal on a partly covered
+// strip pushes with (d energy / dx) dx/d(pose).
+Vec6 StripBatch::block_wrench(const Evaluation& e, const Block& block) const {
+    const StripJoint& x = joints_.items()[block.joint];
     Vec6 sum = Vec6::Zero();
-    for_touches(e, x, pose, strip, [&](const Touch& touch) {
+    const std::optional<Pose> pose = in_reach(e, x);
+    if (!pose)
+        return sum;
+    for_touches(e, x, *pose, block.first, block.last, [&](const Touch& touch) {
         Vec3 force = touch.f.force * touch.point.n;
         if (x.friction)
             force -= friction_of(e, x, touch).force;
         sum.head<3>() += force;
-        sum.tail<3>() += (touch.point.p - pose.pose.centre_a).cross(force);
+        sum.tail<3>() += touch.point.arm.cross(force);
         if (touch.cover.by_x != 0)
-            sum += edge_wrench(e, x, pose, touch);
+            sum += touch.f.energy * touch.cover.by_x / touch.cover.fraction *
+                   StripSlopes(pose->pose, touch.point).position(pose->pose, touch.point);
     });
     return sum;
-}
-
-// The edge of the journal on a partly covered strip: stored energy times cover is a potential, so the edge
-// pushes along the journal by energy per length, -(d energy / dx) (dx/dq)^T.
-Vec6 StripBatch::edge_wrench(const Evaluation& e, const StripJoint& x, const Pose& pose,
-                             const Touch& touch) const {
-    const BodyMotion& a = e.body[x.a];
-    Gradient<1> position;
-    strip_rates(a, e.body[x.b], pose.pose, touch.point, &position);
-    const double push = touch.f.energy * touch.cover.by_x / touch.cover.fraction;
-    const Vec3 force = -push * position.ra.transpose();
-    Vec6 out;
-    out << force, a.A * Vec3(-push * position.ta.transpose()) - (pose.pose.centre_a - a.r).cross(force);
-    return out;
 }
 
 Vec6 StripBatch::joint_wrench(const Evaluation& e, const StripJoint& x) const {
     Vec6 sum = Vec6::Zero();
-    if (!in_reach(e, x))
-        return sum;
-    const Pose pose(e, x);
-    for (int k = 0; k < x.strips; ++k)
-        sum += strip_wrench(e, x, pose, x.first_strip + k);
+    for (int k = 0; k < x.blocks; ++k)
+        sum += block_wrench(e, blocks_[x.first_block + k]);
     return sum;
 }
 
-PairWrench StripBatch::on_bodies(const Evaluation& e, const StripJoint& x, const Vec6& wrench) const {
-    const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
-    const Vec3 middle = point_position(a, x.cylinders.point_a), force = wrench.head<3>();
-    const Vec3 moment = wrench.tail<3>();
-    return {force, a.A.transpose() * ((middle - a.r).cross(force) + moment), -force,
-            -(b.A.transpose() * ((middle - b.r).cross(force) + moment))};
+void StripBatch::add_wrench(const Evaluation& e, const StripJoint& x, const Vec6& wrench, ForceSink f) const {
+    if (wrench.isZero(0))
+        return;
+    const PairWrench w =
+        on_bodies(e.body[x.a], e.body[x.b], point_position(e.body[x.a], x.cylinders.point_a), wrench);
+    f.add(x.a, w.force_a, w.moment_a);
+    f.add(x.b, w.force_b, w.moment_b);
 }
 
 void StripBatch::add_forces(const Evaluation& e, ForceSink f) const {
-    if (e.threads > 1 && strips() >= parallel_strips) {
-        add_forces_in_parallel(e, f);
+    if (e.threads == 1) {
+        for (const StripJoint& x : joints_.items())
+            add_wrench(e, x, joint_wrench(e, x), f);
         return;
     }
-    for (const StripJoint& x : joints_.items()) {
-        const PairWrench w = on_bodies(e, x, joint_wrench(e, x));
-        f.add(x.a, w.force_a, w.moment_a);
-        f.add(x.b, w.force_b, w.moment_b);
-    }
+    double* wrench = e.scratch + scratch_;
+    const auto of_block = [wrench](int k) { return Eigen::Map<Vec6>(wrench + 6 * std::ptrdiff_t(k)); };
+    in_parallel(e, static_cast<int>(blocks_.size()),
+                [&](int k) { of_block(k) = block_wrench(e, blocks_[k]); });
+    joints_.for_each(e.threads, [&](const StripJoint& x) {
+        Vec6 sum = Vec6::Zero();
+        for (int k = 0; k < x.blocks; ++k)
+            sum += of_block(x.first_block + k);
+        add_wrench(e, x, sum, f);
+    });
 }
 
-// Reach of the joints, wrenches of the strips, sums of the joints: each in parallel.
-void StripBatch::add_forces_in_parallel(const Evaluation& e, ForceSink f) const {
-    double* reach = e.scratch + scratch_;
-    double* wrench = reach + size();
-    const std::vector<StripJoint>& joints = joints_.items();
-    const int joint_count = size(), strip_count = static_cast<int>(strips());
-#pragma omp parallel for schedule(static) num_threads(e.threads)
-    for (int j = 0; j < joint_count; ++j)
-        reach[j] = in_reach(e, joints[j]);
-#pragma omp parallel num_threads(e.threads)
-    {
-        std::optional<Pose> pose; // of the joint whose strips are at hand
-        int joint = -1;
-#pragma omp for schedule(static)
-        for (int k = 0; k < strip_count; ++k) {
-            const int j = joint_of_strip_[k];
-            if (reach[j] == 0)
-                continue;
-            if (j != joint)
-                pose.emplace(e, joints[j]);
-            joint = j;
-            Eigen::Map<Vec6>(wrench + 6 * std::ptrdiff_t(k)) = strip_wrench(e, joints[j], *pose, k);
-        }
+// With energy times cover as potential: f G + push X, f and push the slopes of the potential in depth and
+// place, G and X their gradients.
+void StripBatch::add_touch(const Evaluation& e, const StripJoint& x, const Pose& pose, const Touch& touch,
+                           RelativeWrench& sum) const {
+    const StripPoint& p = touch.point;
+    const StripSlopes slopes(pose.pose, p);
+    const double f = touch.f.force;
+    Vec6 change = touch.f.by_depth * slopes.depth; // df
+    if (touch.f.by_rate != 0) {
+        change += touch.f.by_rate * slopes.rate(p, touch.velocity, pose.turning());
+        sum.by_twist += (touch.f.by_rate * slopes.depth).lazyProduct(slopes.depth.transpose());
+        sum.damps = true;
     }
-    joints_.for_each(e.threads, [&](const StripJoint& x) {
-        const int j = static_cast<int>(&x - joints.data());
-        Vec6 sum = Vec6::Zero();
-        for (int k = 0; reach[j] != 0 && k < x.strips; ++k)
-            sum += Eigen::Map<const Vec6>(wrench + 6 * std::ptrdiff_t(x.first_strip + k));
-        const PairWrench w = on_bodies(e, x, sum);
-        f.add(x.a, w.force_a, w.moment_a);
-        f.add(x.b, w.force_b, w.moment_b);
-    });
+    if (touch.cover.by_x != 0) {
+        const double per_length = touch.cover.by_x / touch.cover.fraction;
+        const double push = touch.f.energy * per_length;
+        const Vec6 place = slopes.position(pose.pose, p);
+        change += f * per_length * place;
+        sum.value += push * place;
+        sum.by_pose += place * (touch.f.elastic * per_length * slopes.depth).transpose() +
+                       push * slopes.position_slope(pose.pose, p);
+    }
+    const Vec3 force = f * p.n;
+    sum.value.head<3>() += force;
+    sum.value.tail<3>() += p.arm.cross(force);
+    const Vec6 by_angle = f * p.radius * slopes.g * slopes.per_distance * slopes.angle;
+    const Vec6 by_tangent = f * slopes.per_distance * slopes.tangent;
+    for (int j = 0; j < 6; ++j)
+        sum.by_pose.col(j) +=
+            change[j] * slopes.depth + by_angle[j] * slopes.angle - by_tangent[j] * slopes.tangent;
+    sum.by_pose.topRightCorner<3, 3>() -= skew(force);
+    sum.by_pose.bottomRightCorner<3, 3>() -= force * p.arm.transpose();
+    sum.by_pose.diagonal().tail<3>().array() += p.arm.dot(force);
+    if (x.friction)
+        add_relative_friction(friction_of(e, x, touch), p.n, p.arm, touch.velocity, pose.turning(),
+                              slopes.normal(p), slopes.point(p), slopes.depth, change, touch.f.by_rate, sum);
 }
 
 void StripBatch::add_linearisation(const Evaluation& e, Linearisation& lin) const {
     joints_.for_each(e.threads, [&](const StripJoint& x) {
-        if (!in_reach(e, x))
+        const std::optional<Pose> pose = in_reach(e, x);
+        if (!pose)
             return;
-        const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
-        const Pose pose(e, x);
+        RelativeWrench sum;
+        bool touches = false;
+        for_touches(e, x, *pose, [&](const Touch& touch) {
+            touches = true;
+            add_touch(e, x, *pose, touch, sum);
+        });
+        if (!touches)
+            return;
         BlockMatrix c, s;
         c.set_zero();
         s.set_zero();
-        for (int k = x.first_strip; k < x.first_strip + x.strips; ++k)
-            for_touches(e, x, pose, k, [&](const Touch& touch) {
-                Gradient<1> position;
-                const bool edge = touch.cover.by_x != 0;
-                const ContactPointRates rates =
-                    strip_rates(a, b, pose.pose, touch.point, edge ? &position : nullptr);
-                const Gradient<1> g = depth_gradient(a, b, touch.point);
-                Gradient<1> change = combined(touch.f.by_depth, g, touch.f.by_rate,
-                                              depth_rate_gradient(a, b, touch.point, rates, g));
-                if (edge) { // the small curvature of x over the pose is left out
-                    const double per_length = touch.cover.by_x / touch.cover.fraction;
-                    change = combined(1.0, change, touch.f.force * per_length, position);
-                    add_product(position, combined(touch.f.elastic * per_length, g, 0.0, g), s);
-                }
-                add_contact_linearisation(a, b, touch.point, rates, g, touch.f.force, change, touch.f.by_rate,
-                                          c, s);
-                if (x.friction)
-                    add_friction_linearisation(friction_of(e, x, touch), a, b, touch.point, rates, g, change,
-                                               touch.f.by_rate, c, s);
-            });
-        lin.add(lin.C, x.pair, couple_all, c);
+        add_relative_linearisation(e.body[x.a], e.body[x.b], pose->pose.centre_a, sum, c, s);
+        if (sum.damps)
+            lin.add(lin.C, x.pair, couple_all, c);
         lin.add(lin.S, x.pair, couple_all, s);
     });
     add_state_couplings(e, lin);
 }
 
-void StripBatch::declare_states(std::vector<double>& scales) {
-    for (StripJoint& x : joints_.items()) {
-        if (!x.friction || !x.friction->has_state())
-            continue;
-        x.state = static_cast<int>(scales.size());
-        scales.insert(scales.end(), 3 * std::size_t(x.strips * most_points), x.friction->state_scale());
-    }
-}
-
-void StripBatch::state_terms(const Evaluation& e, double* source, double* decay) const {
-    for (const StripJoint& x : joints_.items()) {
-        if (x.state < 0)
-            continue;
-        for (int place = 0; place < x.strips * most_points; ++place)
-            free_state_terms(*x.friction, source + x.state + 3 * place, decay + x.state + 3 * place);
-        if (!in_reach(e, x))
-            continue;
-        const Pose pose(e, x);
-        for (int k = x.first_strip; k < x.first_strip + x.strips; ++k)
-            for_touches(e, x, pose, k, [&](const Touch& touch) {
-                const int state = x.state + 3 * touch.place;
-                point_state_terms(friction_of(e, x, touch), e.body[x.a], source + state, decay + state);
-            });
-    }
-}
-
-void StripBatch::add_state_couplings(const Evaluation& e, Linearisation& lin) const {
-    for (const StripJoint& x : joints_.items()) {
-        if (x.state < 0)
-            continue;
-        const std::size_t first = lin.states.size();
-        for (int place = 0; place < x.strips * most_points; ++place)
-            add_couplings(free_state_couplings(*x.friction), x.state + 3 * place, x, lin);
-        if (!in_reach(e, x))
-            continue;
-        const Pose pose(e, x);
-        for (int k = x.first_strip; k < x.first_strip + x.strips; ++k)
-            for_touches(e, x, pose, k, [&](const Touch& touch) {
-                const auto found =
-                    point_state_couplings(friction_of(e, x, touch), e.body[x.a], e.body[x.b], touch.point);
-                for (int i = 0; i < 3; ++i) {
-                    Linearisation::StateCoupling& out = lin.states[first + 3 * std::size_t(touch.place) + i];
-                    out.decay = found[i].decay;
-                    out.force = found[i].force;
-                    out.rate = found[i].rate;
-                }
-            });
-    }
+EnergyRates StripBatch::joint_energies(const Evaluation& e, const StripJoint& x) const {
+    EnergyRates sum;
+    if (const std::optional<Pose> pose = in_reach(e, x))
+        for_touches(e, x, *pose, [&](const Touch& touch) {
+            sum.elastic += touch.f.energy;
+            sum.dissipated_power += (touch.f.force - touch.f.elastic) * touch.rate;
+            if (x.friction)
+                sum.dissipated_power += friction_of(e, x, touch).power();
+        });
+    return sum;
 }
 
 EnergyRates StripBatch::energies(const Evaluation& e) const {
+    double* found = e.scratch + scratch_;
+    in_parallel(e, size(), [&](int j) {
+        const EnergyRates rates = joint_energies(e, joints_.items()[j]);
+        found[2 * std::ptrdiff_t(j)] = rates.elastic;
+        found[2 * std::ptrdiff_t(j) + 1] = rates.dissipated_power;
+    });
     EnergyRates sum;
-    for (const StripJoint& x : joints_.items()) {
-        if (!in_reach(e, x))
-            continue;
-        const Pose pose(e, x);
-        for (int k = x.first_strip; k < x.first_strip + x.strips; ++k)
-            for_touches(e, x, pose, k, [&](const Touch& touch) {
-                sum.elastic += touch.f.energy;
-                sum.dissipated_power += (touch.f.force - touch.f.elastic) * touch.rate;
-                if (x.friction)
-                    sum.dissipated_power += friction_of(e, x, touch).power();
-            });
-    }
+    for (int j = 0; j < size(); ++j)
+        sum += {found[2 * std::ptrdiff_t(j)], found[2 * std::ptrdiff_t(j) + 1], 0};
     return sum;
 }
 
 void StripBatch::add_joint_wrenches(const Evaluation& e, std::span<Wrench> wrenches) const {
     for (const StripJoint& x : joints_.items()) {
-        const PairWrench w = on_bodies(e, x, joint_wrench(e, x));
+        const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
+        const PairWrench w = on_bodies(a, b, point_position(a, x.cylinders.point_a), joint_wrench(e, x));
         wrenches[x.joint].force += x.swapped ? w.force_a : w.force_b;
         wrenches[x.joint].moment += x.swapped ? w.moment_a : w.moment_b;
     }
 }
 
-void StripBatch::declare_contacts(int batch, std::vector<ContactChannel>& channels) {
-    first_channel_ = static_cast<int>(channels.size());
-    for (int j = 0; j < size(); ++j) {
-        StripJoint& x = joints_.items()[j];
-        x.channel = static_cast<int>(channels.size());
-        for (int k = 0; k < x.strips; ++k)
-            for (int i = 0; i < most_points * x.law.slots(); ++i) {
-                channels.push_back({batch, x.joint, x.a, x.b, "strip", k + 1});
-                joint_of_channel_.push_back(j);
-            }
-    }
-}
-
-// All channels of a strip: most_points times slots; where it is not in reach only a bound, unless `exactly`.
-void StripBatch::strip_samples(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip,
-                               bool exactly, ContactSample* out) const {
-    const BodyMotion &a = e.body[x.a], &b = e.body[x.b];
-    const int slots = x.law.slots();
-    const double bound =
-        strip_depth_bound(pose.pose, x.cylinders.journal_radius, offset_[strip], radius_[strip]);
-    for (int i = 0; i < most_points * slots; ++i) {
-        out[i] = {};
-        out[i].depth = -x.cylinders.journal_radius; // no such point
-    }
-    if (bound <= 0 && !exactly) {
-        out[0].depth = std::min(bound, -1e-300);
-        return;
-    }
-    const Found found = find(e, x, pose, strip);
-    for (int i = 0; i < found.count; ++i) {
-        const StripPoint& p = found.point[i];
-        const Coverage cover = strip_coverage(p.x, x.width, x.journal_length);
-        const double rate = p.n.dot(point_velocity_at(b, p.p) - point_velocity_at(a, p.p));
-        const double share = cover.fraction * x.share;
-        const int channel = (strip - x.first_strip) * most_points * slots + found.memory[i] * slots;
-        const NormalForce f = contact_force(e, x.law, x.channel + channel, share, p.depth, rate);
-        // wanted of new contacts only
-        const bool fresh = exactly || (p.depth > 0 && e.start_speed[x.channel + channel] < 0);
-        const double inverse = fresh ? inverse_mass(e, x.a, x.b, depth_gradient(a, b, p)) : 0;
-        // and the place only where both sides may touch
-        const bool two_sided = radius_[strip] * std::abs(pose.pose.cosine) < x.cylinders.journal_radius;
-        const Mat3& A = a.A;
-        for (int slot = 0; slot < slots; ++slot) {
-            ContactSample& sample = out[found.memory[i] * slots + slot];
-            sample = contact_sample(x.law, f, slot, p.depth, rate, share, inverse);
-            if (two_sided)
-                sample.place = std::atan2(p.radial.dot(A * x.across), p.radial.dot(A * x.reference));
-            sample.normal_force = (x.swapped ? sample.force : -sample.force) * p.n;
-            if (x.friction && slot == 0 && sample.force > 0) {
-                const Touch touch{p, rate, cover, share, f, channel / slots};
-                const PointFriction friction = friction_of(e, x, touch);
-                sample.friction_force = x.swapped ? Vec3(-friction.force) : friction.force;
-                sample.friction = friction.force.norm();
-                sample.dissipated_power += friction.power();
-            }
-            if (!(cover.fraction > 0))
-                sample.depth = std::min(sample.depth, -1e-300);
-        }
-    }
-}
-
-void StripBatch::sample_contacts(const Evaluation& e, std::span<ContactSample> samples) const {
-    for (const StripJoint& x : joints_.items()) {
-        ContactSample* out = samples.data() + x.channel;
-        const int per_strip = most_points * x.law.slots();
-        if (!in_reach(e, x)) {
-            std::fill_n(out, x.strips * per_strip, ContactSample{});
-            continue;
-        }
-        const Pose pose(e, x);
-        for (int k = 0; k < x.strips; ++k)
-            strip_samples(e, x, pose, x.first_strip + k, false, out + k * per_strip);
-    }
-}
-
-ContactSample StripBatch::sample_contact(const Evaluation& e, int channel) const {
-    const StripJoint& x = joints_.items()[joint_of_channel_[channel - first_channel_]];
-    const int per_strip = most_points * x.law.slots(), local = channel - x.channel;
-    std::array<ContactSample, 2 * most_points> samples;
-    strip_samples(e, x, Pose(e, x), x.first_strip + local / per_strip, true, samples.data());
-    return samples[local % per_strip];
-}
-
-double StripBatch::depth_of_energy(int channel, double energy) const {
-    const StripJoint& x = joints_.items()[joint_of_channel_[channel - first_channel_]];
-    return slot_depth_of_energy(x.law, (channel - x.channel) % x.law.slots(), energy);
-}
-double StripBatch::depth_of_force(int channel, double force) const {
-    const StripJoint& x = joints_.items()[joint_of_channel_[channel - first_channel_]];
-    return slot_depth_of_force(x.law, (channel - x.channel) % x.law.slots(), force);
-}
-
-std::size_t StripBatch::scratch_size() const { return static_cast<std::size_t>(size()) + 6 * strips(); }
-
-namespace {
-
-StripJoint strip_joint(const CompileContext& context, int j) {
-    const JointSide side = bearing_side(context, j);
-    const Clearance& clearance = *context.model.joints[j].clearance;
-    StripJoint x;
-    place(side, x);
-    x.law = radial_law(context, j);
-    x.friction = contact_friction(context, j);
-    x.cylinders = {side.a.point, side.a.axes.col(2), side.b.point, side.b.axes.col(2),
-                   contact_geometry(clearance).journal_radius};
-    x.reference = side.a.axes.col(0);
-    x.across = side.a.axes.col(1);
-    if (clearance.journal_length)
-        x.journal_length = *clearance.journal_length;
-    return x;
-}
-
-std::unique_ptr<ForceBatch> build(const CompileContext& context) {
-    auto batch = std::make_unique<StripBatch>();
-    for (int j = 0; j < static_cast<int>(context.model.joints.size()); ++j) {
-        const Joint& joint = context.model.joints[j];
-        if (!uses_model(joint, "strips"))
-            continue;
-        const Clearance& clearance = *joint.clearance;
-        const int n =
-            clearance.profile.empty() ? clearance.strips : static_cast<int>(clearance.profile.size());
-        StripJoint x = strip_joint(context, j);
-        x.width = clearance.length.value_or(0) / n;
-        std::vector<double> offsets, radii;
-        for (int k = 1; k <= n; ++k) { // b_k = (N - 2 k + 1)/2 l/N
-            offsets.push_back(0.5 * (n - 2 * k + 1) * x.width);
-            radii.push_back(clearance.profile.empty() ? *clearance.radius : clearance.profile[k - 1]);
-        }
-        batch->add(std::move(x), offsets, radii);
-    }
-    return batch;
-}
-
-} // namespace
-
-ForceBatchBuilder strip_builder() { return build; }
+std::size_t StripBatch::scratch_size() const { return 6 * blocks_.size(); }
 
 } // namespace gudgeon

@@ -3,14 +3,17 @@
 // A strip carries 1/N of the joint's law, times the part of it that the journal covers. Where a tilted
 // circle touches on two sides both points count, each with a memory of its own: a point keeps its memory by
 // its place around the bearing. A joint whose bound says that it cannot touch evaluates no strip.
-// Forces are found strip by strip in parallel, then summed joint by joint in the order of the strips: the
-// same bits for any number of threads.
+// Forces are found block by block of a joint's strips, blocks in parallel, then summed joint by joint in the
+// order of the blocks: the same bits for any number of threads. All of a joint depends on the relative motion
+// of its bodies: derivatives are summed over the strips in six columns and taken to the bodies once.
 //
 // Friction acts at every point that touches (friction_point.hpp), with three states for each memory.
 //
 // The edge of a journal on a strip that it covers in part pushes along its axis by the stored energy per
-// length: cover times energy is a potential, so sliding in and out makes no energy. The change of that push
-// with the curvature of the edge's place over the pose is left out of the matrix.
+// length: cover times energy is a potential, so sliding in and out makes no energy.
+//
+// strip_batch.cpp: forces and derivatives; strip_samples.cpp: contact channels; strip_friction.cpp: friction
+// states; strip_builder.cpp: from the model.
 #pragma once
 
 #include "contact/contact_batch.hpp"
@@ -19,12 +22,14 @@
 #include "core/system.hpp"
 
 #include <limits>
+#include <optional>
 
 namespace gudgeon {
 
 struct StripJoint : ContactElement {
     CylinderPair cylinders;
-    int first_strip = 0, strips = 0;                                 // in the flat arrays
+    int first_strip = 0, strips = 0; // in the flat arrays
+    int first_block = 0, blocks = 0;
     double half_span = 0;                                            // m, |offset| of the outermost circle
     double least_radius = 0;                                         // m
     double width = 0;                                                // m, of a strip
@@ -64,27 +69,40 @@ class StripBatch final : public ForceBatch {
 
   private:
     struct Pose;
-    struct Touch; // one point of a strip
-    struct Found; // the points of a strip with the memories they own
-    Found find(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip) const;
+    struct Touch;  // one point of a strip
+    struct Found;  // the points of a strip with the memories they own
+    struct Block { // strips [first, last) of a joint
+        int joint, first, last;
+    };
+    void find(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip, double above,
+              Found& out) const;
     template <class F>
-    void for_touches(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip, F&& f) const;
+    void for_touches(const Evaluation& e, const StripJoint& x, const Pose& pose, int first, int last,
+                     F&& f) const;
+    template <class F>
+    void for_touches(const Evaluation& e, const StripJoint& x, const Pose& pose, F&& f) const {
+        for_touches(e, x, pose, x.first_strip, x.first_strip + x.strips, f);
+    }
+    template <class F> void in_parallel(const Evaluation& e, int count, F&& f) const;
     PointFriction friction_of(const Evaluation& e, const StripJoint& x, const Touch& touch) const;
     void add_state_couplings(const Evaluation& e, Linearisation& lin) const;
-    bool in_reach(const Evaluation& e, const StripJoint& x) const;
-    Vec6 strip_wrench(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip) const;
-    Vec6 edge_wrench(const Evaluation& e, const StripJoint& x, const Pose& pose, const Touch& touch) const;
+    std::optional<Pose> in_reach(const Evaluation& e, const StripJoint& x) const;
+    Vec6 block_wrench(const Evaluation& e, const Block& block) const;
     Vec6 joint_wrench(const Evaluation& e, const StripJoint& x) const;
-    PairWrench on_bodies(const Evaluation& e, const StripJoint& x, const Vec6& wrench) const;
-    void add_forces_in_parallel(const Evaluation& e, ForceSink f) const;
+    void add_wrench(const Evaluation& e, const StripJoint& x, const Vec6& wrench, ForceSink f) const;
+    void add_touch(const Evaluation& e, const StripJoint& x, const Pose& pose, const Touch& touch,
+                   RelativeWrench& sum) const;
+    EnergyRates joint_energies(const Evaluation& e, const StripJoint& x) const;
     void strip_samples(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip, bool exactly,
                        ContactSample* out) const;
+    const StripJoint& joint_of(int channel) const;
 
     ColouredElements<StripJoint> joints_;
     std::vector<double> offset_, radius_; // per strip
-    std::vector<int> joint_of_strip_;
+    std::vector<Block> blocks_;
     std::size_t scratch_ = 0;
     int first_channel_ = 0;
+    int states_ = 0; // contacts with friction states
     std::vector<int> joint_of_channel_;
 };
 

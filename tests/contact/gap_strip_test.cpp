@@ -65,6 +65,28 @@ Case random_case(std::mt19937& rng, double tilt, double shift) {
     return x;
 }
 
+// What the six columns say of the 12 coordinates: the bearing carries point and normal along.
+ContactPointRates strip_rates(const BodyMotion& a, const BodyMotion& b, const CylinderPose& pose,
+                              const StripPoint& c, Gradient<1>* position = nullptr) {
+    const StripSlopes slopes(pose, c);
+    const Gradient<6> j = relative_twist_gradient(a, b, pose.centre_a);
+    const auto expanded = [&j](const auto& rows, auto& out) {
+        out.ra = rows * j.ra;
+        out.ta = rows * j.ta;
+        out.rb = rows * j.rb;
+        out.tb = rows * j.tb;
+    };
+    ContactPointRates rates;
+    expanded(slopes.point(c), rates.p);
+    expanded(slopes.normal(c), rates.n);
+    rates.p.ra += Mat3::Identity();
+    rates.p.ta -= skew(c.p - a.r) * a.A;
+    rates.n.ta -= skew(c.n) * a.A;
+    if (position)
+        expanded(slopes.position(pose, c).transpose(), *position);
+    return rates;
+}
+
 TEST(GapStrip, DepthAgainstSampling) {
     std::mt19937 rng(41);
     int two = 0, compared = 0;
@@ -88,6 +110,7 @@ TEST(GapStrip, DepthAgainstSampling) {
                                 1e-14);
                     EXPECT_NEAR(c[i].n.norm(), 1, 1e-14);
                     EXPECT_NEAR(c[i].radial.dot(x.pose().z), 0, 1e-14);
+                    EXPECT_LT((x.pose().centre_a + c[i].arm - c[i].p).norm(), 1e-15);
                 }
                 if (std::sin(tilt) < 1e-2) // all but round: several minima are rounding
                     continue;
@@ -100,6 +123,86 @@ TEST(GapStrip, DepthAgainstSampling) {
             }
     EXPECT_GT(two, compared / 5);
     EXPECT_LT(two, compared);
+}
+
+// The distance is stationary along the circle, to rounding at every tilt: no place where one way of finding
+// the point takes over from another is seen.
+TEST(GapStrip, NearestPointIsStationary) {
+    std::mt19937 rng(44);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    double worst = 0;
+    for (int k = 0; k < 20000; ++k) {
+        const double tilt = std::pow(10, -8 * uniform(rng)), shift = std::pow(10, -3 * uniform(rng));
+        const Case x = random_case(rng, uniform(rng) < 0.5 ? tilt : pi - tilt, shift);
+        const CylinderPose pose = x.pose();
+        const StripFrame frame = strip_frame(pose);
+        StripPoint c[2];
+        x.points(c);
+        // in the frame of the circle: the axis passes at (q_e, q_f), the point at angle (ce, sf)
+        const double ce = c[0].radial.dot(frame.e), sf = c[0].radial.dot(frame.m);
+        const double w_e = ce - frame.q_e, w_f = frame.cosine * sf - frame.journal_f(x.offset);
+        const double slope = -w_e * sf + w_f * frame.cosine * ce;
+        worst = std::max(worst, std::abs(slope));
+        StripPoint one;
+        ASSERT_TRUE(nearest_strip_point(pose, frame, 0.9, x.offset, x.R, c[0].depth - 1e-3, one));
+        ASSERT_EQ(one.depth, c[0].depth);
+        ASSERT_FALSE(nearest_strip_point(pose, frame, 0.9, x.offset, x.R, c[0].depth, one));
+    }
+    EXPECT_LT(worst, 1e-15);
+}
+
+// A second point nearer to the journal's axis than its radius needs the tilt that may_touch_twice() asks for.
+TEST(GapStrip, SecondSideNeedsTilt) {
+    std::mt19937 rng(45);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    int twice = 0, second = 0;
+    for (int k = 0; k < 50000; ++k) {
+        const Case x = random_case(rng, 1.2 * uniform(rng), 0.3 * std::pow(uniform(rng), 2));
+        StripPoint c[2];
+        if (x.points(c) < 2)
+            continue;
+        ++second;
+        if (c[1].depth > 0) {
+            ++twice;
+            ASSERT_TRUE(may_touch_twice(strip_frame(x.pose()), 0.9, x.R));
+        }
+    }
+    EXPECT_GT(twice, 1000);
+    EXPECT_GT(second, twice);
+}
+
+TEST(GapStrip, PositionSlope) {
+    std::mt19937 rng(46);
+    int checked = 0;
+    for (const double tilt : {1e-6, 0.02, 0.5, 1.1, 2.2})
+        for (int k = 0; k < 6; ++k) {
+            const Case x = random_case(rng, tilt, 0.6);
+            StripPoint c[2];
+            x.points(c);
+            const StripSlopes slopes(x.pose(), c[0]);
+            if (slopes.g < 0.25 || c[0].distance < 0.2)
+                continue;
+            ++checked;
+            // with a at rest the columns of b alone give displacement and turn at P_a
+            const Mat3 A = x.m[1].A;
+            const Vec3 lever = x.pose().centre_a - x.m[1].r;
+            const MatX truth = jacobian(
+                x.m,
+                [&](const Pair& m) {
+                    const CylinderPose pose = cylinder_pose(m[0], m[1], x.pair);
+                    StripPoint at;
+                    nearest_strip_point(pose, strip_frame(pose), 0.9, x.offset, x.R, -10, at);
+                    return MatX(StripSlopes(pose, at).position(pose, at));
+                },
+                moved);
+            Mat6 six;
+            six.leftCols<3>() = truth.middleCols<3>(6);
+            six.rightCols<3>() =
+                truth.middleCols<3>(9) * A.transpose() + truth.middleCols<3>(6) * skew(lever);
+            EXPECT_LT((slopes.position_slope(x.pose(), c[0]) - six).cwiseAbs().maxCoeff(),
+                      1e-8 * (1 + six.cwiseAbs().maxCoeff()));
+        }
+    EXPECT_GT(checked, 15);
 }
 
 TEST(GapStrip, DerivativesAndBalance) {
@@ -221,8 +324,9 @@ TEST(GapStrip, Bounds) {
             const double R = 1 + 0.1 * (i % 2);
             StripPoint c[2];
             strip_points(pose, frame, 0.9, offset, R, c);
-            const double bound = strip_depth_bound(pose, 0.9, offset, R);
+            const double bound = strip_depth_bound(frame, 0.9, offset, R);
             ASSERT_LE(c[0].depth, bound + 1e-15);
+            ASSERT_EQ(strip_is_apart(frame, 0.9, offset, R), bound <= 0) << bound;
             if ((pose.offset + offset * pose.offset_slope).norm() < R * std::abs(pose.cosine)) {
                 ASSERT_GE(c[0].depth, bound - R * (1 - std::abs(pose.cosine)) - 1e-15);
             }
