@@ -1,7 +1,7 @@
 #include "contact/gap_strip.hpp"
 
 #include <algorithm>
-#include <limits>
+#include <cmath>
 
 namespace gudgeon {
 
@@ -21,33 +21,16 @@ Angle unit(double c, double s) {
     return {c / n, s / n};
 }
 
-// The root m of x/(m + eps)^2 + (1 - x)/m^2 = 1 by its series in eps: the journal's axis is far off the
-// centre against D, and the tilt bends the nearest point's place only a little. The ratio of (A m, B (m +
-// eps)) is exact to eps^8, which is rounding up to small_bend.
-constexpr double small_bend = 0.01;
-Angle slightly_bent_angle(double A, double B, double x, double eps) {
-    const double w = x * (1 - x), u = 2 * x - 1;
-    const double a6 = 0.4375 * (8 - w * (132 - 429 * w)), a5 = 3 * u * (1 - 8 * w);
-    const double a4 = 0.625 * (4 - 21 * w), a3 = 2 * u, a2 = 1.5;
-    const double m = 1 - eps * x + eps * eps * w * (a2 + eps * (a3 + eps * (a4 + eps * (a5 + eps * a6))));
-    return unit(A * m, B * (m + eps));
-}
-
 // The root mu > 0 of |(A/(mu + D), B/mu)| = 1. 1/|.| - 1 is concave and rises with mu, nearly straight:
 // Newton from the left of the root stays left of it and converges in a few steps from anywhere.
 Angle nearest_angle(double A, double B, double D, double R) {
-    const double far2 = A * A + B * B;
-    if (D * D <= small_bend * small_bend * far2 && far2 > vanishing * R * R) {
-        const double per_far = 1 / std::sqrt(far2);
-        return slightly_bent_angle(A, B, A * A * per_far * per_far, D * per_far);
-    }
     if (B <= vanishing * R) {
         if (A >= D)
             return {1, 0};
         const double c = A / D;
         return {c, std::sqrt((1 - c) * (1 + c))};
     }
-    double mu = std::max({B, A - D, std::sqrt(far2) - D});
+    double mu = std::max({B, A - D, std::sqrt(A * A + B * B) - D});
     for (int k = 0; k < 50; ++k) {
         const double c = A / (mu + D), s = B / mu, n2 = c * c + s * s, n = std::sqrt(n2);
         if (n - 1 < 1e-15)
@@ -164,49 +147,99 @@ struct Quadrant {
     }
 };
 
-bool fill_point(const CylinderPose& pose, const StripFrame& frame, double journal_radius, double offset,
-                double radius, const Quadrant& quadrant, const Angle& angle, double above, StripPoint& c) {
-    const double R = radius, cosine = frame.cosine;
-    const double ce = quadrant.side_e * angle.c, sf = quadrant.side_f * angle.s;
-    const double w_e = R * ce - quadrant.q_e, w_f = R * cosine * sf - quadrant.q_f;
-    c.distance = std::sqrt(w_e * w_e + w_f * w_f);
-    c.depth = journal_radius - c.distance;
-    if (!(c.depth > above))
-        return false;
-    c.radius = R;
-    c.radial = ce * frame.e + sf * frame.m;
-    c.arm = offset * pose.z + R * c.radial;
-    c.p = pose.centre_a + c.arm;
-    c.x = frame.x + offset * cosine + R * frame.sine * sf;
-    if (c.distance > 1e-12 * R) {
-        const double per_distance = 1 / c.distance;
-        c.n = (w_e * per_distance) * frame.e + (w_f * per_distance) * frame.f;
-    } else { // the circle crosses the axis: the normal of the ellipse, outwards
-        const Angle normal = unit(std::abs(cosine) * ce, cosine < 0 ? -sf : sf);
-        c.n = normal.c * frame.e + normal.s * frame.f;
-    }
-    return true;
+// Row i from its angle.
+void set_point(const StripFrame& frame, const Quadrant& quadrant, const Angle& angle, int i, StripRow& row) {
+    row.c[i] = quadrant.side_e * angle.c;
+    row.s[i] = quadrant.side_f * angle.s;
+    row.w_e[i] = row.radius[i] * row.c[i] - quadrant.q_e;
+    row.w_f[i] = row.radius[i] * frame.cosine * row.s[i] - quadrant.q_f;
+    row.distance[i] = std::sqrt(row.w_e[i] * row.w_e[i] + row.w_f[i] * row.w_f[i]);
 }
-
-constexpr double any_depth = -std::numeric_limits<double>::infinity();
 
 } // namespace
 
-bool nearest_strip_point(const CylinderPose& pose, const StripFrame& frame, double journal_radius,
-                         double offset, double radius, double above, StripPoint& out) {
-    const Quadrant q(frame, offset, radius);
-    return fill_point(pose, frame, journal_radius, offset, radius, q, nearest_angle(q.A, q.B, q.D, radius),
-                      above, out);
+void StripRow::find(const StripFrame& frame, double journal_radius, int first, int last,
+                    const double* offsets, const double* radii) {
+    count = 0;
+    for (int k = first; k < last; ++k) {
+        strip[count] = k;
+        offset[count] = offsets[k];
+        radius[count] = radii[k];
+        count += !strip_is_apart(frame, journal_radius, offsets[k], radii[k]);
+    }
+    solve(frame);
+}
+
+void StripRow::find(const StripFrame& frame, double offset_, double radius_) {
+    count = 1;
+    strip[0] = 0;
+    offset[0] = offset_;
+    radius[0] = radius_;
+    solve(frame);
+}
+
+// Where the journal's axis is far off the centre against D, as with nearly parallel axes, the root of
+// nearest_angle() by its series: with m = mu / |(A, B)|, eps = D / |(A, B)|, x the square of A / |(A, B)|,
+//   x/(m + eps)^2 + (1 - x)/m^2 = 1,   m = 1 - eps x + w (3/2 eps^2 + ...),   w = x (1 - x)
+// up to eps^6; the direction (A m, B (m + eps)) is then exact to eps^8, which is rounding up to small_bend.
+void StripRow::solve(const StripFrame& frame) {
+    constexpr double small_bend = 0.01;
+    const double q_e = frame.q_e, q_f0 = frame.q_f, sine = frame.sine, cosine = frame.cosine;
+    const double A = std::abs(q_e), A2 = A * A, side_e = q_e < 0 ? -1 : 1, sine2 = sine * sine;
+    std::array<double, most> bend;
+#pragma omp simd
+    for (int i = 0; i < count; ++i) {
+        const double R = radius[i], q_f = q_f0 + offset[i] * sine, b = cosine * q_f;
+        const double per_far = 1 / std::sqrt(A2 + b * b);
+        const double eps = R * sine2 * per_far, x = A2 * per_far * per_far, w = x * (1 - x), u = 2 * x - 1;
+        const double a6 = 0.4375 * (8 - w * (132 - 429 * w)), a5 = 3 * u * (1 - 8 * w);
+        const double a4 = 0.625 * (4 - 21 * w), a3 = 2 * u, a2 = 1.5;
+        const double m = 1 - eps * x + eps * eps * w * (a2 + eps * (a3 + eps * (a4 + eps * (a5 + eps * a6))));
+        const double e = A * m, f = b * (m + eps), per_length = 1 / std::sqrt(e * e + f * f);
+        bend[i] = eps;
+        c[i] = side_e * (e * per_length);
+        s[i] = f * per_length;
+        w_e[i] = R * c[i] - q_e;
+        w_f[i] = R * cosine * s[i] - q_f;
+        distance[i] = std::sqrt(w_e[i] * w_e[i] + w_f[i] * w_f[i]);
+    }
+    for (int i = 0; i < count; ++i)
+        if (!(bend[i] <= small_bend) || !std::isfinite(distance[i])) {
+            const Quadrant q(frame, offset[i], radius[i]);
+            set_point(frame, q, nearest_angle(q.A, q.B, q.D, radius[i]), i, *this);
+        }
+}
+
+void StripRow::fill(const CylinderPose& pose, const StripFrame& frame, double journal_radius, int i,
+                    StripPoint& out) const {
+    const double R = radius[i];
+    out.distance = distance[i];
+    out.depth = depth(i, journal_radius);
+    out.radius = R;
+    out.radial = c[i] * frame.e + s[i] * frame.m;
+    out.arm = offset[i] * pose.z + R * out.radial;
+    out.p = pose.centre_a + out.arm;
+    out.x = frame.x + offset[i] * frame.cosine + R * frame.sine * s[i];
+    if (distance[i] > 1e-12 * R) {
+        const double per_distance = 1 / distance[i];
+        out.n = (w_e[i] * per_distance) * frame.e + (w_f[i] * per_distance) * frame.f;
+    } else { // the circle crosses the axis: the normal of the ellipse, outwards
+        const Angle normal = unit(std::abs(frame.cosine) * c[i], frame.cosine < 0 ? -s[i] : s[i]);
+        out.n = normal.c * frame.e + normal.s * frame.f;
+    }
 }
 
 int strip_points(const CylinderPose& pose, const StripFrame& frame, double journal_radius, double offset,
                  double radius, StripPoint out[2]) {
-    nearest_strip_point(pose, frame, journal_radius, offset, radius, any_depth, out[0]);
+    StripRow row;
+    row.find(frame, offset, radius);
+    row.fill(pose, frame, journal_radius, 0, out[0]);
     const Quadrant q(frame, offset, radius);
     const Angle second = opposite_angle(q.A, q.B, q.D, radius);
     if (!second.found)
         return 1;
-    fill_point(pose, frame, journal_radius, offset, radius, q, second, any_depth, out[1]);
+    set_point(frame, q, second, 0, row);
+    row.fill(pose, frame, journal_radius, 0, out[1]);
     return 2;
 }
 

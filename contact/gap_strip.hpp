@@ -17,6 +17,8 @@
 #include "contact/point_contact.hpp"
 #include "contact/relative_wrench.hpp"
 
+#include <array>
+
 namespace gudgeon {
 
 /// Points in m and unit axes, in the frames of their bodies.
@@ -72,9 +74,28 @@ struct StripPoint : ContactPoint {
 /// The local nearest points of the circle, the nearest first: 1 or 2.
 int strip_points(const CylinderPose& pose, const StripFrame& frame, double journal_radius, double offset,
                  double radius, StripPoint out[2]);
-/// The nearest one alone, if it is deeper than `above` (else false, and out is not filled).
-bool nearest_strip_point(const CylinderPose& pose, const StripFrame& frame, double journal_radius,
-                         double offset, double radius, double above, StripPoint& out);
+
+/// The nearest points of several circles of a joint, found side by side; the same bits as one by one.
+struct StripRow {
+    static constexpr int most = 32;
+    int count = 0;
+    std::array<int, most> strip; // whose numbers these are, rising
+    std::array<double, most> offset, radius, distance;
+    std::array<double, most> c, s;     // rho = c e + s m
+    std::array<double, most> w_e, w_f; // m, of p from the journal's axis
+
+    /// Those of the strips [first, last), at most `most`, that are not apart.
+    void find(const StripFrame& frame, double journal_radius, int first, int last, const double* offsets,
+              const double* radii);
+    /// Of one strip, apart or not.
+    void find(const StripFrame& frame, double offset, double radius);
+    double depth(int i, double journal_radius) const { return journal_radius - distance[i]; }
+    void fill(const CylinderPose& pose, const StripFrame& frame, double journal_radius, int i,
+              StripPoint& out) const;
+
+  private:
+    void solve(const StripFrame& frame);
+};
 
 /// How a point moves, seen from the bearing, with the journal's displacement at P_a and its turn (six
 /// columns, global components; relative_wrench.hpp). Exact, through the implicit function: with r the arm, w

@@ -7,7 +7,7 @@ namespace gudgeon {
 
 namespace {
 
-constexpr int block_strips = 32; // at most, the work of a thread at a time
+constexpr int block_strips = StripRow::most; // at most, the work of a thread at a time
 
 double angle_between(double x, double y) { return std::abs(std::remainder(x - y, 2 * pi)); }
 
@@ -55,18 +55,21 @@ std::size_t StripBatch::strips_in_reach(const Evaluation& e) const {
 
 // The points of a strip deeper than `above`; a point takes the memory of the contact nearest to it around
 // the bearing. Where one side at most can touch there is nothing to choose.
-void StripBatch::find(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip, double above,
-                      Found& out) const {
-    const double journal = x.cylinders.journal_radius, offset = offset_[strip], radius = radius_[strip];
+void StripBatch::find(const Evaluation& e, const StripJoint& x, const Pose& pose, const StripRow& row, int i,
+                      double above, Found& out) const {
+    const double journal = x.cylinders.journal_radius;
     const int stride = x.law.slots();
-    const int first = x.channel + (strip - x.first_strip) * most_points * stride, second = first + stride;
+    const int first = x.channel + (row.strip[i] - x.first_strip) * most_points * stride;
+    const int second = first + stride;
     const bool lives[2] = {e.start_speed[first] >= 0, e.start_speed[second] >= 0};
     out.memory = {0, 1};
-    if (!lives[1] && !may_touch_twice(pose.frame, journal, radius)) {
-        out.count = nearest_strip_point(pose.pose, pose.frame, journal, offset, radius, above, out.point[0]);
+    if (!lives[1] && !may_touch_twice(pose.frame, journal, row.radius[i])) {
+        out.count = row.depth(i, journal) > above;
+        if (out.count > 0)
+            row.fill(pose.pose, pose.frame, journal, i, out.point[0]);
         return;
     }
-    out.count = strip_points(pose.pose, pose.frame, journal, offset, radius, out.point.data());
+    out.count = strip_points(pose.pose, pose.frame, journal, row.offset[i], row.radius[i], out.point.data());
     if (!lives[1] && (out.count == 1 || !lives[0]))
         return;
     const Mat3& A = e.body[x.a].A;

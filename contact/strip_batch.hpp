@@ -74,8 +74,11 @@ class StripBatch final : public ForceBatch {
     struct Block { // strips [first, last) of a joint
         int joint, first, last;
     };
-    void find(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip, double above,
-              Found& out) const;
+    void find(const Evaluation& e, const StripJoint& x, const Pose& pose, const StripRow& row, int i,
+              double above, Found& out) const;
+    template <class F>
+    void touch(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip, const StripPoint& point,
+               int memory, F&& f) const;
     template <class F>
     void for_touches(const Evaluation& e, const StripJoint& x, const Pose& pose, int first, int last,
                      F&& f) const;
@@ -93,8 +96,9 @@ class StripBatch final : public ForceBatch {
     void add_touch(const Evaluation& e, const StripJoint& x, const Pose& pose, const Touch& touch,
                    RelativeWrench& sum) const;
     EnergyRates joint_energies(const Evaluation& e, const StripJoint& x) const;
-    void strip_samples(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip, bool exactly,
-                       ContactSample* out) const;
+    void blank_samples(const StripJoint& x, ContactSample* out) const;
+    void strip_samples(const Evaluation& e, const StripJoint& x, const Pose& pose, const StripRow& row, int i,
+                       bool exactly, ContactSample* out) const;
     const StripJoint& joint_of(int channel) const;
 
     ColouredElements<StripJoint> joints_;

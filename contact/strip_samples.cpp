@@ -19,25 +19,23 @@ void StripBatch::declare_contacts(int batch, std::vector<ContactChannel>& channe
     }
 }
 
-// All channels of a strip: most_points times slots; where it is not in reach only a bound, unless `exactly`.
-void StripBatch::strip_samples(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip,
-                               bool exactly, ContactSample* out) const {
-    const double journal = x.cylinders.journal_radius;
-    const int slots = x.law.slots();
-    for (int i = 0; i < most_points * slots; ++i) {
+void StripBatch::blank_samples(const StripJoint& x, ContactSample* out) const {
+    for (int i = 0; i < most_points * x.law.slots(); ++i) {
         out[i] = {};
-        out[i].depth = -journal; // no such point
+        out[i].depth = -x.cylinders.journal_radius; // no such point
     }
-    if (!exactly && strip_is_apart(pose.frame, journal, offset_[strip], radius_[strip])) {
-        out[0].depth =
-            std::min(strip_depth_bound(pose.frame, journal, offset_[strip], radius_[strip]), -1e-300);
-        return;
-    }
+}
+
+// All channels of a strip: most_points times slots.
+void StripBatch::strip_samples(const Evaluation& e, const StripJoint& x, const Pose& pose,
+                               const StripRow& row, int i_row, bool exactly, ContactSample* out) const {
+    const int slots = x.law.slots(), strip = row.strip[i_row];
     Found found;
-    find(e, x, pose, strip, -std::numeric_limits<double>::infinity(), found);
+    find(e, x, pose, row, i_row, -std::numeric_limits<double>::infinity(), found);
+    blank_samples(x, out);
     const int first = (strip - x.first_strip) * most_points; // contact of the joint
     // the place counts only where both sides may touch, or did
-    const bool placed = may_touch_twice(pose.frame, journal, radius_[strip]) ||
+    const bool placed = may_touch_twice(pose.frame, x.cylinders.journal_radius, radius_[strip]) ||
                         e.start_speed[x.channel + (first + 1) * slots] >= 0;
     for (int i = 0; i < found.count; ++i) {
         const StripPoint& p = found.point[i];
@@ -69,18 +67,32 @@ void StripBatch::strip_samples(const Evaluation& e, const StripJoint& x, const P
     }
 }
 
+// Of a strip that is apart the bound alone.
 void StripBatch::sample_contacts(const Evaluation& e, std::span<ContactSample> samples) const {
     in_parallel(e, size(), [&](int j) {
         const StripJoint& x = joints_.items()[j];
         ContactSample* out = samples.data() + x.channel;
-        const int per_strip = most_points * x.law.slots();
+        const int per_strip = most_points * x.law.slots(), last = x.first_strip + x.strips;
         const std::optional<Pose> pose = in_reach(e, x);
         if (!pose) {
             std::fill_n(out, x.strips * per_strip, ContactSample{});
             return;
         }
-        for (int k = 0; k < x.strips; ++k)
-            strip_samples(e, x, *pose, x.first_strip + k, false, out + k * per_strip);
+        StripRow row;
+        for (int begin = x.first_strip; begin < last; begin += StripRow::most) {
+            const int end = std::min(begin + StripRow::most, last);
+            row.find(pose->frame, x.cylinders.journal_radius, begin, end, offset_.data(), radius_.data());
+            for (int k = begin, i = 0; k < end; ++k, out += per_strip) {
+                if (i < row.count && row.strip[i] == k) {
+                    strip_samples(e, x, *pose, row, i++, false, out);
+                    continue;
+                }
+                blank_samples(x, out);
+                out[0].depth = std::min(
+                    strip_depth_bound(pose->frame, x.cylinders.journal_radius, offset_[k], radius_[k]),
+                    -1e-300);
+            }
+        }
     });
 }
 
@@ -93,7 +105,11 @@ ContactSample StripBatch::sample_contact(const Evaluation& e, int channel) const
     const int per_strip = most_points * x.law.slots(), local = channel - x.channel;
     std::array<ContactSample, 2 * most_points> samples;
     const Pose pose(e, x, cylinder_pose(e.body[x.a], e.body[x.b], x.cylinders));
-    strip_samples(e, x, pose, x.first_strip + local / per_strip, true, samples.data());
+    StripRow row;
+    const int strip = x.first_strip + local / per_strip;
+    row.find(pose.frame, offset_[strip], radius_[strip]);
+    row.strip[0] = strip;
+    strip_samples(e, x, pose, row, 0, true, samples.data());
     return samples[local % per_strip];
 }
 

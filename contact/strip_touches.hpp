@@ -43,26 +43,31 @@ struct StripBatch::Touch {
 template <class F>
 void StripBatch::for_touches(const Evaluation& e, const StripJoint& x, const Pose& pose, int first, int last,
                              F&& f) const {
+    StripRow row;
     Found found;
-    for (int strip = first; strip < last; ++strip) {
-        if (strip_is_apart(pose.frame, x.cylinders.journal_radius, offset_[strip], radius_[strip]))
-            continue;
-        find(e, x, pose, strip, 0, found);
-        for (int i = 0; i < found.count; ++i) {
-            const StripPoint& p = found.point[i];
-            if (!(p.depth > 0))
-                continue;
-            const Coverage cover = strip_coverage(p.x, x.width, x.journal_length);
-            if (!(cover.fraction > 0))
-                continue;
-            const Vec3 velocity = pose.velocity(p.arm);
-            const double rate = p.n.dot(velocity), share = cover.fraction * x.share;
-            const int place = (strip - x.first_strip) * most_points + found.memory[i];
-            const int channel = x.channel + place * x.law.slots();
-            f(Touch{p, velocity, rate, cover, share, contact_force(e, x.law, channel, share, p.depth, rate),
-                    place});
+    for (int begin = first; begin < last; begin += StripRow::most) {
+        row.find(pose.frame, x.cylinders.journal_radius, begin, std::min(begin + StripRow::most, last),
+                 offset_.data(), radius_.data());
+        for (int i = 0; i < row.count; ++i) {
+            find(e, x, pose, row, i, 0, found);
+            for (int k = 0; k < found.count; ++k)
+                if (found.point[k].depth > 0)
+                    touch(e, x, pose, row.strip[i], found.point[k], found.memory[k], f);
         }
     }
+}
+
+template <class F>
+void StripBatch::touch(const Evaluation& e, const StripJoint& x, const Pose& pose, int strip,
+                       const StripPoint& point, int memory, F&& f) const {
+    const Coverage cover = strip_coverage(point.x, x.width, x.journal_length);
+    if (!(cover.fraction > 0))
+        return;
+    const Vec3 velocity = pose.velocity(point.arm);
+    const double rate = point.n.dot(velocity), share = cover.fraction * x.share;
+    const int place = (strip - x.first_strip) * most_points + memory;
+    f(Touch{point, velocity, rate, cover, share,
+            contact_force(e, x.law, x.channel + place * x.law.slots(), share, point.depth, rate), place});
 }
 
 /// f(number) of [0, count) in parallel where the batch is large enough; each writes its own results.
