@@ -98,7 +98,7 @@ class StripBatch final : public ForceBatch {
     EnergyRates joint_energies(const Evaluation& e, const StripJoint& x) const;
     void blank_samples(const StripJoint& x, ContactSample* out) const;
     void strip_samples(const Evaluation& e, const StripJoint& x, const Pose& pose, const StripRow& row, int i,
-                       bool exactly, ContactSample* out) const;
+                       bool exactly, Found& found, ContactSample* out) const;
     const StripJoint& joint_of(int channel) const;
 
     ColouredElements<StripJoint> joints_;

@@ -20,17 +20,16 @@ void StripBatch::declare_contacts(int batch, std::vector<ContactChannel>& channe
 }
 
 void StripBatch::blank_samples(const StripJoint& x, ContactSample* out) const {
-    for (int i = 0; i < most_points * x.law.slots(); ++i) {
-        out[i] = {};
-        out[i].depth = -x.cylinders.journal_radius; // no such point
-    }
+    ContactSample none;
+    none.depth = -x.cylinders.journal_radius; // no such point
+    std::fill_n(out, most_points * x.law.slots(), none);
 }
 
 // All channels of a strip: most_points times slots.
 void StripBatch::strip_samples(const Evaluation& e, const StripJoint& x, const Pose& pose,
-                               const StripRow& row, int i_row, bool exactly, ContactSample* out) const {
+                               const StripRow& row, int i_row, bool exactly, Found& found,
+                               ContactSample* out) const {
     const int slots = x.law.slots(), strip = row.strip[i_row];
-    Found found;
     find(e, x, pose, row, i_row, -std::numeric_limits<double>::infinity(), found);
     blank_samples(x, out);
     const int first = (strip - x.first_strip) * most_points; // contact of the joint
@@ -79,12 +78,13 @@ void StripBatch::sample_contacts(const Evaluation& e, std::span<ContactSample> s
             return;
         }
         StripRow row;
+        Found found;
         for (int begin = x.first_strip; begin < last; begin += StripRow::most) {
             const int end = std::min(begin + StripRow::most, last);
             row.find(pose->frame, x.cylinders.journal_radius, begin, end, offset_.data(), radius_.data());
             for (int k = begin, i = 0; k < end; ++k, out += per_strip) {
                 if (i < row.count && row.strip[i] == k) {
-                    strip_samples(e, x, *pose, row, i++, false, out);
+                    strip_samples(e, x, *pose, row, i++, false, found, out);
                     continue;
                 }
                 blank_samples(x, out);
@@ -106,10 +106,11 @@ ContactSample StripBatch::sample_contact(const Evaluation& e, int channel) const
     std::array<ContactSample, 2 * most_points> samples;
     const Pose pose(e, x, cylinder_pose(e.body[x.a], e.body[x.b], x.cylinders));
     StripRow row;
+    Found found;
     const int strip = x.first_strip + local / per_strip;
     row.find(pose.frame, offset_[strip], radius_[strip]);
     row.strip[0] = strip;
-    strip_samples(e, x, pose, row, 0, true, samples.data());
+    strip_samples(e, x, pose, row, 0, true, found, samples.data());
     return samples[local % per_strip];
 }
 

@@ -145,7 +145,7 @@ TEST(GapStrip, NearestPointIsStationary) {
         const double reach = 1 + std::hypot(frame.q_e, frame.journal_f(x.offset));
         worst = std::max(worst, std::abs(slope) / reach);
     }
-    EXPECT_LT(worst, 1e-15);
+    EXPECT_LT(worst, 2e-15); // the search stops at 1e-15
 }
 
 // A second point nearer to the journal's axis than its radius needs the tilt that may_touch_twice() asks for.
