@@ -9,6 +9,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include <array>
 #include <memory>
 
 namespace {
@@ -18,9 +19,9 @@ using namespace gudgeon;
 constexpr int joints = 1000, strips = 16;
 constexpr double clearance = 1e-4; // m
 
-enum Pose { touching, one_side, centred };
+enum Pose { touching, one_side, centred, tilted };
 
-/// Journals pressed along their whole length; touching at one end only (tilted); centred.
+/// Journals pressed along their whole length, parallel or tilted; touching at one end only; centred.
 struct Row {
     System system;
     Workspace ws;
@@ -41,11 +42,11 @@ struct Row {
         Model model;
         for (int k = 0; k < joints; ++k) {
             const Vec3 place(0.1 * k, 0, 0);
-            const double shift = pose == touching ? 1.05 * clearance : pose == one_side ? 0.3 * clearance : 0;
+            const double shift = std::array{1.05, 0.3, 0.0, 1.5}[pose] * clearance;
+            const double end = std::array{0.0, 0.9, 0.0, 0.4}[pose] * clearance; // of the axis off its middle
             Body body =
                 make_body("journal" + std::to_string(k), 1, {1e-4, 1e-4, 1e-4}, place + Vec3(0, 0, -shift));
-            if (pose == one_side) // the last strips touch
-                body.orientation = Vec4(1, 0, 0.5 * 0.9 * clearance / 0.02, 0).normalized();
+            body.orientation = Vec4(1, 0, 0.5 * end / 0.02, 0).normalized();
             body.velocity = {0, 0, -0.01};
             model.bodies.push_back(body);
             Joint joint =
@@ -90,7 +91,7 @@ void derivatives_of_strips(benchmark::State& state) {
 
 void arguments(benchmark::internal::Benchmark* b) {
     for (const int threads : {1, 2})
-        for (const Pose pose : {touching, one_side, centred})
+        for (const Pose pose : {touching, one_side, centred, tilted})
             b->Args({pose, threads});
     b->ArgNames({"pose", "threads"})->Unit(benchmark::kMicrosecond)->UseRealTime();
 }

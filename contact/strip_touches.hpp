@@ -72,7 +72,7 @@ void StripBatch::touch(const Evaluation& e, const StripJoint& x, const Pose& pos
 
 /// f(number) of [0, count) in parallel where the batch is large enough; each writes its own results.
 template <class F> void StripBatch::in_parallel(const Evaluation& e, int count, F&& f) const {
-    constexpr std::size_t parallel_strips = 256; // below, one thread is quicker
+    constexpr std::size_t parallel_strips = 1024; // below, one thread is quicker
     if (e.threads == 1 || strips() < parallel_strips) {
         for (int i = 0; i < count; ++i)
             f(i);
