@@ -196,7 +196,7 @@ void StripRow::solve(const StripFrame& frame) {
         const double a4 = 0.625 * (4 - 21 * w), a3 = 2 * u, a2 = 1.5;
         const double m = 1 - eps * x + eps * eps * w * (a2 + eps * (a3 + eps * (a4 + eps * (a5 + eps * a6))));
         const double e = A * m, f = b * (m + eps), per_length = 1 / std::sqrt(e * e + f * f);
-        bend[i] = eps;
+        bend[i] = std::max(eps, small_bend * vanishing * R * per_far); // nor so near that squares vanish
         c[i] = side_e * (e * per_length);
         s[i] = f * per_length;
         w_e[i] = R * c[i] - q_e;

@@ -286,6 +286,7 @@ TEST(GapStrip, NothingFails) {
                         EXPECT_TRUE(finite(strip_rates(a, b, pose, c[i], &position)));
                         EXPECT_TRUE(dense(position).allFinite());
                         EXPECT_NEAR(c[i].n.norm(), 1, 1e-14);
+                        EXPECT_NEAR(c[i].radial.norm(), 1, 1e-14);
                         EXPECT_NEAR(c[i].distance, axis_distance(pose, c[i].p), 1e-16);
                     }
                     EXPECT_LE(c[0].depth, bearing_depth_bound(pose, 0.0095, 0.02, 0.01) + 1e-17);
