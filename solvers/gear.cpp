@@ -4,8 +4,6 @@
 
 #include "solvers/phase_timer.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -94,24 +92,14 @@ double Gear::first_step(const VecX& q_rate, const VecX& u_rate) {
 }
 
 StepOutcome Gear::attempt(double t_stop, bool& accepted) {
-    if (h_ < smallest_step())
-        return failure(StepReason::step_too_small, fmt::format("the step fell to {:.3g} s", h_));
-    if (options_.step > 0)
-        h_ = std::min(h_, options_.step);
-    double h = h_, t = state_.t + h;
-    if (t >= t_stop || t_stop - t < 1e-3 * h) {
-        t = t_stop;
-        h = t - state_.t;
-    } else if (t_stop - t < h) { // two equal steps instead of a long and a very short one
-        h = 0.5 * (t_stop - state_.t);
-        t = state_.t + h;
+    Trial trial = next_trial(t_stop);
+    if (!trial.last && t_stop - trial.t < h_) { // two equal steps instead of a long and a very short one
+        trial.h = 0.5 * (t_stop - state_.t);
+        trial.t = state_.t + trial.h;
     }
     if (!watch_.idle() && real_points_ > order_)
-        if (const double end = watch_.foresee(state_.t, t, ws_, carried_on_); end < t) {
-            full_h_ = std::max(full_h_, h_);
-            t = end;
-            h = t - state_.t;
-        }
+        end_at_contact(trial);
+    const auto [t, h, last] = trial;
     t_try_ = t;
     predict(t);
     const Corrector result = correct(t);
@@ -147,16 +135,8 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
     }
     if (!watch_.idle()) {
         set_motion(system_, history_.next_q(), history_.next_u(), ws_);
-        const ContactWatch::Verdict verdict = watch_.judge(state_.t, t, ws_, motion_at_);
-        if (!verdict.ok && h <= shortest_for_contact * smallest_step()) {
-            ++statistics_.deep_starts; // the start cannot be resolved in time
-        } else if (!verdict.ok) {
-            count_rejection(StepReason::contact, t, order_, error_.norm);
-            --rejections_in_row_; // says nothing against step and order
-            full_h_ = std::max(full_h_, h);
-            h_ = std::max(verdict.end - state_.t, smallest_step());
+        if (contact_too_deep(trial, order_))
             return {};
-        }
     }
     accept(t, h, error_.norm);
     accepted = true;

@@ -63,7 +63,6 @@ class Gear final : public ImplicitIntegrator {
     bool matrix_fresh_ = false, refresh_wanted_ = false;
     double contraction_ = 0.5;
     int real_points_ = 0; // of the history, without the one made up at the start
-    double full_h_ = 0;   // step that a new contact cut short, 0: none
     int order_cap_ = 5, cap_steps_ = 0;
     long last_rejection_ = -1000;
     int steps_at_order_ = 0;

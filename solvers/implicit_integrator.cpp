@@ -16,6 +16,8 @@ constexpr double velocity_target = 8e-11; // m/s, rad/s
 constexpr double closed = 1e-10;          // both: what every accepted step keeps
 constexpr int most_closings = 10;
 constexpr double slow_closing = 0.2; // share left over by a solve: more asks for a new matrix
+// Of the smallest step: shorter ones are not shortened any more for a contact that begins too deep.
+constexpr double shortest_for_contact = 1e3;
 } // namespace
 
 ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOptions& options)
@@ -33,10 +35,44 @@ ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOpt
 
 StepOutcome ImplicitIntegrator::advance(double t_stop) {
     bool accepted = false;
-    while (!accepted)
+    while (!accepted) {
+        if (h_ < smallest_step())
+            return failure(StepReason::step_too_small, fmt::format("the step fell to {:.3g} s", h_));
+        if (options_.step > 0)
+            h_ = std::min(h_, options_.step);
         if (StepOutcome outcome = attempt(t_stop, accepted); !outcome.ok)
             return outcome;
+    }
     return {};
+}
+
+ImplicitIntegrator::Trial ImplicitIntegrator::next_trial(double t_stop) const {
+    const double t = state_.t + h_;
+    if (t >= t_stop || t_stop - t < 1e-3 * h_)
+        return {t_stop, t_stop - state_.t, true};
+    return {t, h_, false};
+}
+
+void ImplicitIntegrator::end_at_contact(Trial& trial) {
+    if (const double end = watch_.foresee(state_.t, trial.t, ws_, carried_on_); end < trial.t) {
+        full_h_ = std::max(full_h_, h_);
+        trial = {end, end - state_.t, false};
+    }
+}
+
+bool ImplicitIntegrator::contact_too_deep(const Trial& trial, int order) {
+    const ContactWatch::Verdict verdict = watch_.judge(state_.t, trial.t, ws_, motion_at_);
+    if (verdict.ok)
+        return false;
+    if (trial.h <= shortest_for_contact * smallest_step()) {
+        ++statistics_.deep_starts; // the start cannot be resolved in time
+        return false;
+    }
+    count_rejection(StepReason::contact, trial.t, order, error_.norm);
+    --rejections_in_row_; // says nothing against step and order
+    full_h_ = std::max(full_h_, trial.h);
+    h_ = std::max(verdict.end - state_.t, smallest_step());
+    return true;
 }
 
 const Statistics& ImplicitIntegrator::statistics() const {

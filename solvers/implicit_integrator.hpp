@@ -24,12 +24,15 @@ class ImplicitIntegrator : public Integrator {
     }
 
   protected:
-    /// Of the smallest step: shorter ones are not shortened any more for a contact that begins too deep.
-    static constexpr double shortest_for_contact = 1e3;
-
     enum class Corrector { converged, slow, singular, non_finite };
 
-    /// One try of a step; not ok: the run cannot go on.
+    /// A step to be tried: its end, its length, whether it ends at t_stop.
+    struct Trial {
+        double t, h;
+        bool last;
+    };
+
+    /// One try of a step of h_; not ok: the run cannot go on.
     virtual StepOutcome attempt(double t_stop, bool& accepted) = 0;
     /// Coordinates and velocities at the end of the step being tried.
     virtual const VecX& end_q() const = 0;
@@ -50,6 +53,13 @@ class ImplicitIntegrator : public Integrator {
     bool has_states() const { return system_.friction_states() > 0; }
     /// q' = T(q) u of a state, all 7 numbers of each body.
     void coordinate_rates(const VecX& q, const VecX& u, VecX& rates) const;
+    /// h_ on, or to t_stop where that is near or passed.
+    Trial next_trial(double t_stop) const;
+    /// Ends the trial where the motion carried on foresees that a contact would begin too deep.
+    void end_at_contact(Trial& trial);
+    /// A contact begins too deep in the step that passed the error test (ws_.motion: its end): counted, and
+    /// h_ set for the next try.
+    bool contact_too_deep(const Trial& trial, int order);
     /// The smallest step worth trying at the present time.
     double smallest_step() const;
     /// Position and velocity constraints at the end of the step to round-off, by solves of the same matrix
@@ -77,6 +87,7 @@ class ImplicitIntegrator : public Integrator {
     VecX rhs_;
     VecX source_, decay_, z_rate_; // of the friction states
     double h_ = 0;                 // next step
+    double full_h_ = 0;            // step that a new contact cut short, 0: none
     double phi_worst_ = 0, rate_worst_ = 0;
     ErrorNorm::Value error_, increment_;
     int rejections_in_row_ = 0;

@@ -6,8 +6,6 @@
 #include "solvers/phase_timer.hpp"
 #include "solvers/radau_coefficients.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -70,23 +68,10 @@ double Radau::first_step() const {
 }
 
 StepOutcome Radau::attempt(double t_stop, bool& accepted) {
-    if (h_ < smallest_step())
-        return failure(StepReason::step_too_small, fmt::format("the step fell to {:.3g} s", h_));
-    if (options_.step > 0)
-        h_ = std::min(h_, options_.step);
-    double h = h_, t = state_.t + h;
-    bool last = t >= t_stop || t_stop - t < 1e-3 * h;
-    if (last) {
-        t = t_stop;
-        h = t - state_.t;
-    }
-    if (!watch_.idle() && have_last_ && h <= most_foreseen * last_h_)
-        if (const double end = watch_.foresee(state_.t, t, ws_, carried_on_); end < t) {
-            full_h_ = std::max(full_h_, h_);
-            t = end;
-            h = t - state_.t;
-            last = false;
-        }
+    Trial trial = next_trial(t_stop);
+    if (!watch_.idle() && have_last_ && trial.h <= most_foreseen * last_h_)
+        end_at_contact(trial);
+    const auto [t, h, last] = trial;
     predict(h);
     const bool renewed = !matrix_current_;
     const Corrector result = correct(state_.t, h);
@@ -125,16 +110,8 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
         step_tried_ = h;
         ws_.z = z_[2];
         set_motion(system_, q_end_, u_end_, ws_);
-        const ContactWatch::Verdict verdict = watch_.judge(state_.t, t, ws_, motion_at_);
-        if (!verdict.ok && h <= shortest_for_contact * smallest_step()) {
-            ++statistics_.deep_starts; // the start cannot be resolved in time
-        } else if (!verdict.ok) {
-            count_rejection(StepReason::contact, t, order, error_.norm);
-            --rejections_in_row_; // says nothing against the step
-            full_h_ = std::max(full_h_, h);
-            h_ = std::max(verdict.end - state_.t, smallest_step());
+        if (contact_too_deep(trial, order))
             return {};
-        }
     }
     const bool cut = h < h_;  // at t_stop: says nothing against the longer step
     if (have_last_ && !cut) { // predictive control (Gustafsson 1994)

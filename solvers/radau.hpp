@@ -75,7 +75,6 @@ class Radau final : public ImplicitIntegrator {
     double failed_h_ = 0; // step for which the corrector failed last, slowly forgotten
     int steps_since_failure_ = 0;
     int sweeps_ = 0;
-    double full_h_ = 0; // step that a new contact cut short, 0: none
     double step_tried_ = 0;
     bool have_last_ = false, matrix_current_ = false;
 };
