@@ -12,8 +12,10 @@ namespace gudgeon {
 namespace {
 // BDF of order 3 and more is unstable in lobes of lightly damped modes; there it is rejected again and
 // again. Two rejections close to each other bar the order for a while (order 2 has no lobe), not for good.
+// With contacts a lengthened step is rejected for the kinks of their forces too: that bars nothing.
 constexpr long rejection_window = 20; // steps
 constexpr int cap_length = 30;        // steps
+constexpr double lengthened = 1.01;   // of the step before
 constexpr int most_lambda_points = 3; // a parabola
 constexpr double growth_limit = 2.0;
 constexpr double growth_worth = 1.2; // smaller growth is not worth a new matrix
@@ -173,7 +175,8 @@ void Gear::motion_in_step(double t, int body, BodyMotion& out) const {
 void Gear::shorten(double t, double h) {
     count_rejection(StepReason::error_test, t, order_, error_.norm);
     full_h_ = 0; // the longer step would fail too
-    if (order_ > 2) {
+    const bool longer = h > lengthened * (history_.time(0) - history_.time(1));
+    if (order_ > 2 && (watch_.idle() || !longer)) {
         if (statistics_.steps - last_rejection_ < rejection_window) {
             order_cap_ = order_ - 1;
             cap_steps_ = cap_length;
