@@ -17,6 +17,11 @@ constexpr long rejection_window = 20; // steps
 constexpr int cap_length = 30;        // steps
 constexpr double lengthened = 1.01;   // of the step before
 constexpr int most_lambda_points = 3; // a parabola
+// A contact's force sets in with about the 3/2th power of time, the velocity with the 5/2th: so does the
+// error of the first step after an onset, whatever the order. Its scale is the contact's, not that of the
+// last step.
+constexpr double onset_power = 2.5, onset_cut = 1e-3;
+constexpr int most_onset_cuts = 3;
 constexpr double growth_limit = 2.0;
 constexpr double growth_worth = 1.2; // smaller growth is not worth a new matrix
 } // namespace
@@ -65,6 +70,8 @@ void Gear::start(const State& state) {
     matrix_a0_ = 0;
     refresh_wanted_ = false;
     full_h_ = 0;
+    kink_ = -1e300;
+    contact_begun_ = false;
     lambda_points_ = 1;
     powers_ = 0;
     integrate_powers(state_.t);
@@ -175,6 +182,10 @@ void Gear::motion_in_step(double t, int body, BodyMotion& out) const {
 void Gear::shorten(double t, double h) {
     count_rejection(StepReason::error_test, t, order_, error_.norm);
     full_h_ = 0; // the longer step would fail too
+    if (contact_begun_ && rejections_in_row_ <= most_onset_cuts && std::isfinite(error_.norm)) {
+        h_ = h * std::clamp(0.9 * std::pow(2 * error_.norm, -1 / onset_power), onset_cut, 0.9);
+        return;
+    }
     const bool longer = h > lengthened * (history_.time(0) - history_.time(1));
     if (order_ > 2 && (watch_.idle() || !longer)) {
         if (statistics_.steps - last_rejection_ < rejection_window) {
@@ -206,6 +217,7 @@ void Gear::shorten(double t, double h) {
 void Gear::accept(double t, double h, double error) {
     count_acceptance(t, h, order_, error);
     step_order_ = order_;
+    contact_begun_ = false;
     {
         const PhaseTimer timer(statistics_.seconds.control);
         h_ = h;
@@ -230,7 +242,8 @@ void Gear::accept(double t, double h, double error) {
     if (const double follow = watch_.suggested_step(); std::isfinite(follow)) {
         h_ = std::min(std::max(h_, full_h_), follow);
         kink_ = t;
-        order_ = 1;
+        contact_begun_ = true;
+        order_ = step_order_;
         steps_at_order_ = 0;
     } else if (full_h_ > 0) {
         h_ = std::max(h_, full_h_);

@@ -48,8 +48,9 @@ class Gear final : public ImplicitIntegrator {
 
     // the step being tried
     int order_ = 1;
-    double kink_ = -1e300; // s, end of the last step in which a contact began
-    int step_order_ = 1;   // of the last accepted step
+    double kink_ = -1e300;       // s, end of the last step in which a contact began
+    bool contact_begun_ = false; // the last accepted step was that one
+    int step_order_ = 1;         // of the last accepted step
     double t_try_ = 0, a0_ = 0;
     std::array<double, BdfHistory::capacity> a_{};
     VecX q_predicted_, u_predicted_, beta_q_, beta_u_, drift_;
