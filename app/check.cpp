@@ -8,6 +8,7 @@
 #include "core/joint_kinds.hpp"
 #include "core/joint_motions.hpp"
 #include "solvers/notices.hpp"
+#include "solvers/redundancy.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -90,6 +91,20 @@ void print_assembly(const System& system, const AssemblyReport& report, const Co
                                    c.angular_velocity);
 }
 
+void print_redundancy(const System& system, const State& state, const Console& console) {
+    const RedundancyReport redundancy = find_redundancy(system, state);
+    console.out << fmt::format("degrees of freedom  {}\nredundant rows      {}\n", redundancy.dof,
+                               redundancy.dependent.size());
+    if (redundancy.dependent.empty())
+        return;
+    for (const std::string& line : redundancy.lines(system))
+        console.out << "  " << line << '\n';
+    console.out << fmt::format(
+        "  reactions are shared so that the sum of force^2 + (moment/L)^2 is least, L = "
+        "{:.6g} m\n",
+        reaction_length(system));
+}
+
 } // namespace
 
 int check(const ModelArguments& arguments, const Console& console) {
@@ -104,19 +119,10 @@ int check(const ModelArguments& arguments, const Console& console) {
                                    assembly.message(system));
         return Exit::assembly;
     }
-    const RedundancyReport redundancy = find_redundancy(system, state);
-    console.out << fmt::format("degrees of freedom  {}\nredundant rows      {}\n", redundancy.dof,
-                               redundancy.dependent.size());
+    print_redundancy(system, state, console);
     for (const std::string& notice : start_notices(system, state))
         console.out << "notice              " << notice << '\n';
-    if (redundancy.dependent.empty())
-        return Exit::ok;
-    console.err << fmt::format(
-        "{}: {} of {} constraint rows repeat others, which this version does not solve:\n",
-        loaded.model.source, redundancy.dependent.size(), redundancy.rows);
-    for (const std::string& line : redundancy.lines(system))
-        console.err << "  " << line << '\n';
-    return Exit::assembly;
+    return Exit::ok;
 }
 
 } // namespace gudgeon

@@ -72,6 +72,7 @@ void add_counts(ordered_json& out, const Statistics& s) {
     out["rejected_newton"] = s.rejected_newton;
     out["rejected_contact"] = s.rejected_contact;
     out["deep_starts"] = s.deep_starts;
+    out["softened_at"] = s.softened_at; // null: never
     out["newton_sweeps"] = s.newton_sweeps;
     out["constraint_polish"] = s.constraint_polish;
     out["evaluations"] = s.evaluations;
@@ -89,6 +90,16 @@ void add_counts(ordered_json& out, const Statistics& s) {
 bool rotations_only(const System& system, int joint) {
     return std::ranges::none_of(system.contacts,
                                 [&](const ContactChannel& c) { return c.joint == joint && !c.rotation; });
+}
+
+ordered_json rank_changes_json(const Simulation& sim) {
+    ordered_json out = ordered_json::array();
+    for (const RankChange& change : sim.rank_changes())
+        out.push_back({{"t", change.t},
+                       {"redundant", change.now.dependent.size()},
+                       {"dof", change.now.dof},
+                       {"lines", change.now.lines(sim.system())}});
+    return out;
 }
 
 ordered_json contacts_json(const Simulation& sim, double reached) {
@@ -166,6 +177,8 @@ ordered_json summary(const RunArguments& arguments, const SimulationOptions& use
                      {"dof", sim.redundancy().dof},
                      {"redundant", sim.redundancy().dependent.size()},
                      {"redundant_lines", sim.redundancy().lines(system)},
+                     {"reaction_length", reaction_length(system)},
+                     {"rank_changes", rank_changes_json(sim)},
                      {"assembly", assembly_json(system, sim.assembly())},
                      {"notices", sim.notices()}};
     add_counts(out, statistics);
@@ -226,6 +239,14 @@ std::string run_report(const LoadedModel& loaded, const Simulation& sim, const R
         s.steps, s.rejected_error, s.rejected_newton, s.rejected_contact,
         static_cast<double>(s.newton_sweeps) / static_cast<double>(std::max(s.steps, 1L)),
         static_cast<double>(s.constraint_polish) / static_cast<double>(std::max(s.steps, 1L)));
+    if (const std::size_t repeated = sim.redundancy().dependent.size(); repeated > 0)
+        text +=
+            fmt::format("  {} of {} constraint rows repeat others ({} degrees of freedom): least reactions, "
+                        "moments compared by {:.3g} m\n",
+                        repeated, sim.redundancy().rows, sim.redundancy().dof, reaction_length(sim.system()));
+    for (const RankChange& change : sim.rank_changes())
+        text += fmt::format("  at t = {:.6g} s {} rows repeat others, {} degrees of freedom\n", change.t,
+                            change.now.dependent.size(), change.now.dof);
     long impacts = 0;
     for (const ContactHistory& h : sim.state().history)
         impacts += h.impacts;

@@ -61,6 +61,7 @@ Workspace make_workspace(const System& system, int threads) {
     ws.phi = VecX::Zero(system.row_count());
     ws.rate = VecX::Zero(system.row_count());
     ws.rows.assign(12 * system.rows.size(), 0.0);
+    ws.rate_rows.assign(12 * system.rows.size(), 0.0);
     ws.lin.C.assign(9 * system.layout.block_row.size(), 0.0);
     ws.lin.S.assign(9 * system.layout.block_row.size(), 0.0);
     ws.lin.pairs = system.layout.pairs;
@@ -175,16 +176,32 @@ void add_transposed_rows(const System& system, const Workspace& ws, const VecX& 
     }
 }
 
-void rows_times(const System& system, const Workspace& ws, const VecX& x, VecX& out) {
+namespace {
+void rows_product(const System& system, const std::vector<double>& rows, const VecX& x, VecX& out) {
     for (int r = 0; r < system.row_count(); ++r) {
         const RowRecord& row = system.rows[r];
-        const Eigen::Map<const Eigen::Matrix<double, 12, 1>> g(ws.rows.data() + 12 * std::size_t(r));
+        const Eigen::Map<const Eigen::Matrix<double, 12, 1>> g(rows.data() + 12 * std::size_t(r));
         out[r] = 0;
         if (row.a < system.moving)
             out[r] += g.head<6>().dot(x.segment<6>(6 * row.a));
         if (row.b < system.moving)
             out[r] += g.tail<6>().dot(x.segment<6>(6 * row.b));
     }
+}
+} // namespace
+
+void rows_times(const System& system, const Workspace& ws, const VecX& x, VecX& out) {
+    rows_product(system, ws.rows, x, out);
+}
+
+void rate_rows_times(const System& system, const Workspace& ws, const VecX& x, VecX& out) {
+    rows_product(system, ws.rate_rows, x, out);
+}
+
+void evaluate_rate_rows(const System& system, double t, Workspace& ws) {
+    const Evaluation e = evaluation(system, ws, t);
+    for (const auto& batch : system.constraints)
+        batch->rate_gradient(e, ws.rate_rows.data());
 }
 
 void blocks_times(const System& system, const std::vector<double>& blocks, const VecX& x, VecX& out) {

@@ -24,6 +24,9 @@ void evaluate_constraints(const System& system, double t, const double* lambda, 
 /// ws.lin.C = -df/du, ws.lin.S = -df/dq + d(G^T lambda)/dq and ws.rows = G.
 void linearise(const System& system, double t, const double* lambda, Workspace& ws);
 
+/// ws.rate_rows = R = d(G u)/dq at ws.motion: how the velocity constraints change with the pose.
+void evaluate_rate_rows(const System& system, double t, Workspace& ws);
+
 /// out = M x, x and out 6 per moving body (may be the same vector).
 void mass_times(const System& system, const VecX& x, VecX& out);
 /// out = M^-1 x
@@ -32,6 +35,8 @@ void inverse_mass_times(const System& system, const VecX& x, VecX& out);
 /// out += factor G^T x and out = G x from ws.rows.
 void add_transposed_rows(const System& system, const Workspace& ws, const VecX& x, double factor, VecX& out);
 void rows_times(const System& system, const Workspace& ws, const VecX& x, VecX& out);
+/// out = R x from ws.rate_rows.
+void rate_rows_times(const System& system, const Workspace& ws, const VecX& x, VecX& out);
 
 /// out = S x (or C x) with blocks as in ws.lin.
 void blocks_times(const System& system, const std::vector<double>& blocks, const VecX& x, VecX& out);
@@ -73,10 +78,19 @@ void state_terms(const System& system, double t, Workspace& ws, VecX& source, Ve
 /// Current values of all angle measures, on the branch of the memory.
 void update_angles(const System& system, double t, const Workspace& ws, AngleMemory& angles);
 
-/// The saddle-point matrix K = [a M + C + s S, G^T; G, 0]: fixed pattern, values to known slots.
+/// Whether rows of G may repeat each other.
+enum class Rows { independent, soft };
+
+/// The saddle-point matrix K = [a M + C + s S, G^T; G, -E]: fixed pattern, values to known slots.
+///
+/// E = 0 for independent rows. Soft rows have a small diagonal E, `softness` times that of G D^-1 G^T with D
+/// the diagonal of the leading block: rows that repeat others, always or for an instant, leave K regular.
+/// E acts on changes of the multipliers only, so that sweeps still end at residuals of zero.
 class SaddleMatrix {
   public:
-    explicit SaddleMatrix(const System& system);
+    static constexpr double softness = 1e-8;
+
+    explicit SaddleMatrix(const System& system, Rows rows = Rows::independent);
     const CscPattern& pattern() const { return pattern_; }
     /// Every slot is written. Reads ws.lin and ws.rows.
     void assemble(const System& system, const Workspace& ws, double a, double s,
@@ -86,8 +100,13 @@ class SaddleMatrix {
     /// a M only in the leading block (acceleration equations).
     void assemble_mass(const System& system, const Workspace& ws, double a, std::span<double> values) const;
 
+    /// out = E x from assembled values; zero for independent rows.
+    void soft_times(std::span<const double> values, const VecX& x, Eigen::Ref<VecX> out) const;
+
   private:
-    void build_pattern(const System& system);
+    void build_pattern(const System& system, Rows rows);
+    int diagonal_slot(int body, int k) const;
+    template <class Scalar> void soften(const System& system, std::span<Scalar> values) const;
     template <class Scalar>
     void assemble_scalars(const System& system, const Workspace& ws, Scalar a, Scalar s,
                           std::span<Scalar> values) const;
@@ -99,6 +118,7 @@ class SaddleMatrix {
     std::vector<int> block_slot_;    // three per block: slot of its first row in each column, -1: inactive
     std::vector<int> mass_slot_;     // three per body: diagonal of the translation block
     std::vector<int> lower_, upper_; // twelve per row: slots of G and G^T, -1: none
+    std::vector<int> soft_slot_;     // of -E, one per row; empty for independent rows
 };
 
 } // namespace gudgeon

@@ -32,9 +32,9 @@ template <class GroupOf> Groups group(int groups, int items, GroupOf&& group_of)
 
 } // namespace
 
-SaddleMatrix::SaddleMatrix(const System& system) { build_pattern(system); }
+SaddleMatrix::SaddleMatrix(const System& system, Rows rows) { build_pattern(system, rows); }
 
-void SaddleMatrix::build_pattern(const System& system) {
+void SaddleMatrix::build_pattern(const System& system, Rows rows) {
     const BlockLayout& layout = system.layout;
     const int n = system.velocities(), m = system.row_count();
     block_slot_.assign(3 * std::size_t(layout.blocks()), -1);
@@ -94,6 +94,10 @@ void SaddleMatrix::build_pattern(const System& system) {
                 pattern_.row.push_back(6 * body + k);
             }
         }
+        if (rows == Rows::soft) {
+            soft_slot_.push_back(slot());
+            pattern_.row.push_back(n + r);
+        }
         pattern_.col_start.push_back(slot());
     }
 }
@@ -109,6 +113,31 @@ void SaddleMatrix::place_rows(const System& system, std::span<const double> rows
         if (upper_[i] >= 0)
             values[upper_[i]] = rows[i];
     }
+}
+
+int SaddleMatrix::diagonal_slot(int body, int k) const {
+    return k < 3 ? mass_slot_[3 * std::size_t(body) + k]
+                 : block_slot_[3 * (4 * std::size_t(body) + 3) + k - 3] + k - 3;
+}
+
+template <class Scalar> void SaddleMatrix::soften(const System& system, std::span<Scalar> values) const {
+    for (std::size_t r = 0; r < soft_slot_.size(); ++r) {
+        double sum = 0;
+        for (int k = 0; k < 12; ++k) {
+            const int slot = upper_[12 * r + k];
+            if (slot < 0 || values[slot] == Scalar(0))
+                continue;
+            const int body = k < 6 ? system.rows[r].a : system.rows[r].b;
+            sum += std::norm(values[slot]) / std::abs(values[diagonal_slot(body, k % 6)]);
+        }
+        values[soft_slot_[r]] = sum > 0 ? -softness * sum : -1.0; // a row between fixed bodies
+    }
+}
+
+void SaddleMatrix::soft_times(std::span<const double> values, const VecX& x, Eigen::Ref<VecX> out) const {
+    out.setZero();
+    for (std::size_t r = 0; r < soft_slot_.size(); ++r)
+        out[static_cast<Eigen::Index>(r)] = -values[soft_slot_[r]] * x[static_cast<Eigen::Index>(r)];
 }
 
 template <class Scalar>
@@ -149,6 +178,7 @@ void SaddleMatrix::assemble_scalars(const System& system, const Workspace& ws, S
         }
     }
     place_rows(system, ws.rows, ws.threads, values);
+    soften(system, values);
     for (const Linearisation::ReactionCoupling& reaction : ws.lin.reactions)
         for (int k = 0; k < 12; ++k)
             if (const int slot = upper_[12 * std::size_t(reaction.row) + k]; slot >= 0)
@@ -176,6 +206,7 @@ void SaddleMatrix::assemble_mass(const System& system, const Workspace& ws, doub
                 v[row] = a * system.inertia[i](row, k);
         }
     place_rows(system, ws.rows, ws.threads, values);
+    soften(system, values);
 }
 
 } // namespace gudgeon

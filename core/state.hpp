@@ -36,6 +36,7 @@ struct Workspace {
     VecX external;                  // loads set from outside, 6 per moving body: force and moment, global
     VecX phi, rate;                 // constraint residuals and G u + dPhi/dt
     std::vector<double> rows;       // G, 12 per row
+    std::vector<double> rate_rows;  // d(G u)/dq, 12 per row, along velocities
     Linearisation lin;
     AngleMemory angles;
     VecX z;      // friction states of the evaluation

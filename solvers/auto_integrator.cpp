@@ -55,6 +55,11 @@ AutoIntegrator::AutoIntegrator(const System& system, const IntegratorOptions& op
 }
 
 AutoIntegrator::Choice AutoIntegrator::first_choice(const State& state) {
+    if (options_.redundant) {
+        radau_barred_ = true;
+        return {false, "constraints repeat each other: such loops may pass singular positions, which Radau's "
+                       "stages with one matrix do not"};
+    }
     Workspace ws = make_workspace(system_);
     ws.angles = state.angles;
     set_motion(system_, state.q, state.u, ws);
@@ -135,7 +140,15 @@ void AutoIntegrator::look_at_the_run() {
 StepOutcome AutoIntegrator::advance(double t_stop) {
     if (window_.steps >= window_length)
         look_at_the_run();
-    return active_->advance(t_stop);
+    StepOutcome outcome = active_->advance(t_stop);
+    if (!outcome.ok && active_ == radau_.get() && outcome.reason != StepReason::non_finite) {
+        ++changes_;
+        radau_barred_ = true;
+        use({false, "Radau's sweeps did not converge, however short the step: " + outcome.message},
+            active_->state());
+        outcome = active_->advance(t_stop);
+    }
+    return outcome;
 }
 
 const Statistics& AutoIntegrator::statistics() const {

@@ -41,6 +41,7 @@ struct NormalSolver::Impl {
     void find_slots();
     void assemble(std::span<const double> b_values, double beta);
     void scale_diagonal();
+    double pivot(int k) const;
     int bad_pivot() const;
     void solve_permuted();
     void solve_supernodal();
@@ -162,36 +163,31 @@ void NormalSolver::Impl::scale_diagonal() {
             values[p] *= scale[c] * scale[normal.row[p]];
 }
 
+/// D of L D L^T, by position.
+double NormalSolver::Impl::pivot(int k) const {
+    const double* value = static_cast<const double*>(factor->x);
+    if (!factor->is_super)
+        return value[static_cast<const int*>(factor->p)[k]];
+    const int* super = static_cast<const int*>(factor->super);
+    const int* rows = static_cast<const int*>(factor->pi);
+    const int* block = static_cast<const int*>(factor->px);
+    const int s = static_cast<int>(std::upper_bound(super, super + factor->nsuper, k) - super) - 1;
+    const std::ptrdiff_t step = rows[s + 1] - rows[s] + 1;
+    const double l = value[block[s] + (k - super[s]) * step];
+    return l * l;
+}
+
 /// First position whose pivot is missing or only round-off, -1 if all are good.
 int NormalSolver::Impl::bad_pivot() const {
     const int m = b.rows;
     if (static_cast<int>(factor->minor) < m)
         return static_cast<int>(factor->minor);
-    const double* value = static_cast<const double*>(factor->x);
-    const int* start = static_cast<const int*>(factor->p);
-    if (!factor->is_super) {
-        double largest = 0;
-        for (int k = 0; k < m; ++k)
-            largest = std::max(largest, value[start[k]]);
-        for (int k = 0; k < m; ++k)
-            if (!(value[start[k]] > smallest_pivot * largest))
-                return k;
-        return -1;
-    }
-    const int* super = static_cast<const int*>(factor->super);
-    const int* rows = static_cast<const int*>(factor->pi);
-    const int* block = static_cast<const int*>(factor->px);
     double largest = 0;
-    for (int pass = 0; pass < 2; ++pass)
-        for (int s = 0; s < static_cast<int>(factor->nsuper); ++s)
-            for (int k = super[s]; k < super[s + 1]; ++k) {
-                const std::ptrdiff_t step = rows[s + 1] - rows[s] + 1;
-                const double l = value[block[s] + (k - super[s]) * step];
-                if (pass == 0)
-                    largest = std::max(largest, l * l);
-                else if (!(l * l > smallest_pivot * largest))
-                    return k;
-            }
+    for (int k = 0; k < m; ++k)
+        largest = std::max(largest, pivot(k));
+    for (int k = 0; k < m; ++k)
+        if (!(pivot(k) > smallest_pivot * largest))
+            return k;
     return -1;
 }
 
@@ -297,6 +293,14 @@ void NormalSolver::solve(std::span<double> rhs) {
     s.solve_permuted();
     for (int k = 0; k < m; ++k)
         rhs[s.perm[k]] = s.scale[k] * s.rhs[k];
+}
+
+double NormalSolver::pivot(int row) const {
+    const Impl& s = *impl_;
+    if (!s.factored)
+        throw std::logic_error("pivot without factors");
+    const int k = s.inverse[row];
+    return s.pivot(k) / (s.scale[k] * s.scale[k]);
 }
 
 const LinearSolverCounts& NormalSolver::counts() const { return impl_->counts; }

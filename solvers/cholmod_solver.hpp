@@ -31,6 +31,9 @@ class NormalSolver {
     /// N x = rhs in place, m entries. Throws std::logic_error unless the last factor() was ok.
     void solve(std::span<double> rhs);
 
+    /// Pivot of a row of B in the last factorisation, in the unit of B B^T.
+    double pivot(int row) const;
+
     /// factorisations counts the first one, refactorisations the later ones; pivots are never exchanged.
     const LinearSolverCounts& counts() const;
     /// Entries of L, diagonal included.

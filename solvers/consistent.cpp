@@ -1,6 +1,7 @@
 #include "solvers/consistent.hpp"
 
 #include "core/assembly.hpp"
+#include "solvers/redundancy.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -15,6 +16,11 @@ namespace gudgeon {
 namespace {
 constexpr int most_iterations = 25;
 constexpr int most_reaction_passes = 60;
+constexpr double as_closed =
+    1e-10;                        // as an integrator leaves them: near singular positions no solve does more
+constexpr double softness = 1e-8; // of N's diagonal
+constexpr int idle_powers = 3, idle_passes = 2;
+constexpr double repeated_pivot = 100;       // times E: a row without a pivot of its own
 constexpr int positions = 0, velocities = 6; // where the bits of held coordinates begin
 } // namespace
 
@@ -41,7 +47,8 @@ void ConsistentSolver::build_pattern() {
         if (s.rows[r].b < s.moving)
             sides[s.rows[r].b].push_back(2 * r + 1);
     }
-    pattern_.col_start.push_back(0);
+    pattern_.row.clear();
+    pattern_.col_start.assign(1, 0);
     for (int i = 0; i < s.moving; ++i)
         for (int k = 0; k < 6; ++k) {
             for (const int side : sides[i]) {
@@ -54,11 +61,62 @@ void ConsistentSolver::build_pattern() {
             }
             pattern_.col_start.push_back(pattern_.nonzeros());
         }
+    soft_slot_.clear();
+    for (int r = 0; soft() && r < s.row_count(); ++r) { // a column for each row
+        soft_slot_.push_back(pattern_.nonzeros());
+        pattern_.row.push_back(r);
+        pattern_.col_start.push_back(pattern_.nonzeros());
+        ++pattern_.cols;
+    }
     values_.assign(pattern_.nonzeros(), 0.0);
 }
 
-// B = D G W^{1/2} with D such that its rows have unit length.
+void ConsistentSolver::soften() {
+    if (soft())
+        return;
+    const double length = reaction_length(system_);
+    for (const RowRecord& row : system_.rows)
+        soft_weight_.push_back(is_moment_row(row) ? 1 / (length * length) : 1.0);
+    E_.assign(soft_weight_.size(), 0.0);
+    idle_ = VecX::Zero(system_.row_count());
+    build_pattern();
+    normal_.analyse(pattern_);
+}
+
+// E is one number times the measure of the multipliers, so that what it leaves of them is the least in that
+// measure; large enough for the row of the largest N.
+void ConsistentSolver::place_softness() {
+    double size = 0;
+    for (int r = 0; r < system_.row_count(); ++r)
+        size = std::max(size, 1 / (scale_[r] * scale_[r] * soft_weight_[r]));
+    for (std::size_t r = 0; r < soft_slot_.size(); ++r) {
+        E_[r] = softness * size * soft_weight_[r];
+        values_[soft_slot_[r]] = scale_[static_cast<Eigen::Index>(r)] * std::sqrt(E_[r]);
+    }
+}
+
+int ConsistentSolver::deficiency() const {
+    int count = 0;
+    for (std::size_t r = 0; r < E_.size(); ++r) {
+        const double scale = scale_[static_cast<Eigen::Index>(r)];
+        count += normal_.pivot(static_cast<int>(r)) <= repeated_pivot * scale * scale * E_[r];
+    }
+    return count;
+}
+
+// Rows that turn out to repeat each other are soft from then on.
 bool ConsistentSolver::factor(const Workspace& ws, int held_shift, double beta) {
+    if (factor_once(ws, held_shift, beta))
+        return true;
+    if (soft() || beta > 0 ||
+        !std::isfinite(ws.rows.empty() ? 0 : Eigen::Map<const VecX>(ws.rows.data(), ws.rows.size()).sum()))
+        return false;
+    soften();
+    return factor_once(ws, held_shift, beta);
+}
+
+// B = D G W^{1/2} with D such that its rows have unit length.
+bool ConsistentSolver::factor_once(const Workspace& ws, int held_shift, double beta) {
     if (system_.row_count() == 0)
         return true;
     for (int r = 0; r < system_.row_count(); ++r) {
@@ -82,7 +140,28 @@ bool ConsistentSolver::factor(const Workspace& ws, int held_shift, double beta) 
             if (const int slot = slot_[12 * std::size_t(r) + k]; slot >= 0)
                 values_[slot] = scale_[r] * b[k];
     }
-    return normal_.factor(values_, beta).ok();
+    if (soft())
+        place_softness();
+    return normal_.factor(values_, soft() ? 0 : beta).ok();
+}
+
+void ConsistentSolver::solve_normal(VecX& x) {
+    x = x.cwiseProduct(scale_).eval();
+    normal_.solve({x.data(), static_cast<std::size_t>(x.size())});
+    x = x.cwiseProduct(scale_).eval();
+}
+
+// Multipliers without their part that moves nothing (N x = 0): P = (N + E)^-1 E is one on that part and small
+// on the rest, P^k smaller; the second pass takes round-off out.
+void ConsistentSolver::drop_idle_part(VecX& lambda) {
+    for (int pass = 0; pass < idle_passes; ++pass) {
+        idle_ = lambda;
+        for (int k = 0; k < idle_powers; ++k) {
+            idle_ = idle_.cwiseProduct(Eigen::Map<const VecX>(E_.data(), idle_.size())).eval();
+            solve_normal(idle_);
+        }
+        lambda -= idle_;
+    }
 }
 
 // Root of the inverse inertia over the free rotations only.
@@ -122,9 +201,8 @@ void ConsistentSolver::apply_inverse_mass(int held_shift, VecX& x) const {
 
 // step = W G^T N^-1 residual
 void ConsistentSolver::solve_step(const Workspace& ws, const VecX& residual, int held_shift) {
-    nu_ = scale_.cwiseProduct(residual);
-    normal_.solve({nu_.data(), static_cast<std::size_t>(nu_.size())});
-    nu_ = nu_.cwiseProduct(scale_).eval();
+    nu_ = residual;
+    solve_normal(nu_);
     step_.setZero();
     add_transposed_rows(system_, ws, nu_, 1.0, step_);
     apply_inverse_mass(held_shift, step_);
@@ -161,7 +239,7 @@ bool ConsistentSolver::project_positions(double t, VecX& q, const VecX& u, Works
             step_ *= largest_move_ / longest;
         move(system_, -step_, q);
     }
-    return worst_position_ <= std::max(tolerance, 1e-12);
+    return worst_position_ <= std::max(tolerance, soft() ? as_closed : 1e-12);
 }
 
 bool ConsistentSolver::project_velocities(double t, const VecX& q, VecX& u, Workspace& ws) {
@@ -172,19 +250,22 @@ bool ConsistentSolver::project_velocities(double t, const VecX& q, VecX& u, Work
     evaluate_constraints(system_, t, nullptr, true, ws);
     if (!factor(ws, velocities, beta_))
         return false;
+    double last = 1e300;
     for (int i = 0; i < most_iterations; ++i) {
         worst_velocity_ = ws.rate.cwiseAbs().maxCoeff();
+        if (worst_velocity_ > 0.5 * std::exchange(last, worst_velocity_)) // round-off
+            break;
         const double floor = 1e-14 * (1 + u.cwiseAbs().maxCoeff());
         if (worst_velocity_ <= floor)
             return true;
-        if (i > 0 && beta_ == 0)
+        if (i > 0 && beta_ == 0 && !soft())
             return worst_velocity_ <= 1e3 * floor;
         solve_step(ws, ws.rate, velocities);
         u -= step_;
         set_motion(system_, q, u, ws);
         evaluate_constraints(system_, t, nullptr, false, ws);
     }
-    return worst_velocity_ <= 1e-11 * (1 + u.cwiseAbs().maxCoeff());
+    return worst_velocity_ <= (soft() ? 10 * as_closed : 1e-11) * (1 + u.cwiseAbs().maxCoeff());
 }
 
 bool ConsistentSolver::accelerations(double t, const VecX& q, const VecX& u, Workspace& ws,
@@ -200,32 +281,45 @@ bool ConsistentSolver::accelerations(double t, const VecX& q, const VecX& u, Wor
     evaluate_constraints(system_, t, nullptr, true, ws);
     const std::vector<unsigned> held = std::exchange(hold_, std::vector<unsigned>(system_.moving, 0u));
     const bool regular = factor(ws, positions, 0);
-    if (regular) {
-        const Evaluation e = evaluation(system_, ws, t);
-        for (const auto& batch : system_.constraints)
-            batch->acceleration_rhs(e, gamma_.data());
-        lambda.setZero();
-        VecX& residual = ws.rate;
-        // the second pass takes round-off out; friction that reactions press on converges with them
-        for (int pass = 0; pass < (system_.reaction_friction ? most_reaction_passes : 2); ++pass) {
-            if (pass > 0 && system_.reaction_friction) {
-                ws.lambda = lambda;
-                evaluate_forces(system_, t, ws);
-            }
-            acceleration = ws.f;
-            add_transposed_rows(system_, ws, lambda, -1.0, acceleration);
-            inverse_mass_times(system_, acceleration, acceleration);
-            rows_times(system_, ws, acceleration, residual);
-            residual -= gamma_;
-            solve_step(ws, residual, positions);
-            lambda += nu_;
-            acceleration -= step_;
-            if (pass > 0 && nu_.cwiseAbs().maxCoeff() <= 1e-14 * lambda.cwiseAbs().maxCoeff())
-                break;
-        }
-    }
+    if (regular)
+        solve_accelerations(t, ws, acceleration, lambda);
     hold_ = held;
-    return regular;
+    return regular && acceleration.allFinite() && lambda.allFinite();
+}
+
+// The second pass takes round-off out; friction that reactions press on converges with them, and so do the
+// residuals of soft rows.
+void ConsistentSolver::solve_accelerations(double t, Workspace& ws, VecX& acceleration, VecX& lambda) {
+    const Evaluation e = evaluation(system_, ws, t);
+    for (const auto& batch : system_.constraints)
+        batch->acceleration_rhs(e, gamma_.data());
+    lambda.setZero();
+    VecX& residual = ws.rate;
+    const bool friction = system_.reaction_friction;
+    double last = 1e300;
+    for (int pass = 0; pass < (friction || soft() ? most_reaction_passes : 2); ++pass) {
+        if (pass > 0 && friction) {
+            ws.lambda = lambda;
+            evaluate_forces(system_, t, ws);
+        }
+        acceleration = ws.f;
+        add_transposed_rows(system_, ws, lambda, -1.0, acceleration);
+        inverse_mass_times(system_, acceleration, acceleration);
+        rows_times(system_, ws, acceleration, residual);
+        residual -= gamma_;
+        solve_step(ws, residual, positions);
+        lambda += nu_;
+        acceleration -= step_;
+        const double change = soft() ? step_.cwiseAbs().maxCoeff() : nu_.cwiseAbs().maxCoeff();
+        const double size = soft() ? acceleration.cwiseAbs().maxCoeff() : lambda.cwiseAbs().maxCoeff();
+        if (soft() && friction)
+            drop_idle_part(lambda);
+        if (pass > 0 && (change <= 1e-14 * size || (soft() && !friction && change > 0.5 * last)))
+            break;
+        last = change;
+    }
+    if (soft() && !friction)
+        drop_idle_part(lambda);
 }
 
 } // namespace gudgeon

@@ -23,7 +23,8 @@ class ConsistentSolver {
     bool project_velocities(double t, const VecX& q, VecX& u, Workspace& ws);
 
     /// Accelerations and multipliers from the acceleration equations (AP 1) at a consistent state:
-    /// M u' + G^T lambda = f, G u' = gamma. False: the constraints repeat each other.
+    /// M u' + G^T lambda = f, G u' = gamma. Where rows repeat each other the multipliers are the least ones
+    /// (redundancy.hpp says in which measure). False: no finite solution.
     bool accelerations(double t, const VecX& q, const VecX& u, Workspace& ws, VecX& acceleration,
                        VecX& lambda);
 
@@ -32,6 +33,13 @@ class ConsistentSolver {
 
     /// Adds beta to the diagonal of N, relative to it: lets redundant rows pass in the projections.
     void regularise(double beta) { beta_ = beta; }
+
+    /// Rows may repeat each other: N gets a small diagonal E, each solve is repeated until the residual is
+    /// gone, and multipliers lose what moves nothing. Happens by itself at the first singular N.
+    void soften();
+    bool soft() const { return !soft_weight_.empty(); }
+    /// Rows that repeat others, by the pivots of the last N; 0 for rows that are not soft.
+    int deficiency() const;
 
     /// Longest change of one coordinate in an iteration of project_positions.
     void limit_move(double longest) { largest_move_ = longest; }
@@ -42,6 +50,11 @@ class ConsistentSolver {
   private:
     void build_pattern();
     bool factor(const Workspace& ws, int held_shift, double beta);
+    bool factor_once(const Workspace& ws, int held_shift, double beta);
+    void place_softness();
+    void solve_normal(VecX& x);
+    void drop_idle_part(VecX& lambda);
+    void solve_accelerations(double t, Workspace& ws, VecX& acceleration, VecX& lambda);
     Mat3 held_root(int body, int held_shift) const;
     void apply_inverse_mass(int held_shift, VecX& x) const;
     void solve_step(const Workspace& ws, const VecX& residual, int held_shift);
@@ -56,6 +69,9 @@ class ConsistentSolver {
     double beta_ = 0, worst_position_ = 0, worst_velocity_ = 0;
     double largest_move_ = 1e300;
     VecX nu_, step_, gamma_, scale_;
+    std::vector<int> soft_slot_;          // of the square roots of E
+    std::vector<double> soft_weight_, E_; // measure of the multipliers; E = softness times it, one per row
+    VecX idle_;
 };
 
 } // namespace gudgeon

@@ -9,7 +9,7 @@ namespace {
 constexpr int no_entry = -100000;
 constexpr int exponent_limit = 400; // keeps row * col and their product with sane values finite
 constexpr int most_sweeps = 6;
-constexpr double negligible_diagonal = 1e-9; // such as -eps of a regularised saddle point
+constexpr double negligible_diagonal = 1e-6; // such as -E of a saddle point with soft rows
 } // namespace
 
 void Equilibration::analyse(const CscPattern& pattern) {

@@ -112,6 +112,10 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
     t_try_ = t;
     predict(t);
     const Corrector result = correct(t);
+    if (softened(result)) {
+        matrix_a0_ = 0;
+        return {};
+    }
     if (result != Corrector::converged) {
         const bool renewed = matrix_fresh_;
         matrix_a0_ = 0;
@@ -122,7 +126,7 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
         count_rejection(reason_of(result), t, order_, increment_.norm);
         lambda_points_ = 1; // wild multipliers may be the cause
         full_h_ = 0;
-        h_ = 0.25 * h;
+        h_ = soft() ? other_landing(h) : 0.25 * h;
         if (rejections_in_row_ > 20 || h_ < smallest_step())
             return failure(reason_of(result), "the corrector did not converge");
         return {};
@@ -150,6 +154,15 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
     accept(t, h, error_.norm);
     accepted = true;
     return {};
+}
+
+// A step that ends next to a singular position does not converge, however short; a little longer or shorter
+// it passes over.
+double Gear::other_landing(double h) {
+    constexpr std::array<double, 4> landings{1.25, 0.75, 0.5, 0.35};
+    if (landings_ == 0)
+        failed_landing_ = h;
+    return landings_ < landings.size() ? landings[landings_++] * failed_landing_ : 0.25 * h;
 }
 
 void Gear::motion_carried_on(double t, int body, BodyMotion& out) const {
@@ -216,7 +229,10 @@ void Gear::shorten(double t, double h) {
 
 void Gear::accept(double t, double h, double error) {
     count_acceptance(t, h, order_, error);
+    if (soft())
+        drop_idle_part(history_.next_lambda());
     step_order_ = order_;
+    landings_ = 0;
     contact_begun_ = false;
     {
         const PhaseTimer timer(statistics_.seconds.control);

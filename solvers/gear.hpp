@@ -22,6 +22,7 @@ class Gear final : public ImplicitIntegrator {
   private:
     // gear.cpp: steps and control
     StepOutcome attempt(double t_stop, bool& accepted) override;
+    double other_landing(double h);
     double first_step(const VecX& q_rate, const VecX& u_rate);
     void accept(double t, double h, double error);
     void shorten(double t, double h);
@@ -35,9 +36,10 @@ class Gear final : public ImplicitIntegrator {
     Corrector refresh_matrix(double t);
     void residual(double t);
     void settle_states(double t);
-    bool multipliers_settled() const;
+    bool multipliers_settled();
     void move_end() override;
     bool renew_matrix(double t) override;
+    double q_per_u() const override { return 1 / a0_; }
     const VecX& end_q() const override { return history_.next_q(); }
     const VecX& end_u() const override { return history_.next_u(); }
     void motion_in_step(double t, int body, BodyMotion& out) const override;
@@ -64,6 +66,8 @@ class Gear final : public ImplicitIntegrator {
     bool matrix_fresh_ = false, refresh_wanted_ = false;
     double contraction_ = 0.5;
     int real_points_ = 0; // of the history, without the one made up at the start
+    std::size_t landings_ = 0;
+    double failed_landing_ = 0; // s, first of the steps that did not converge
     int order_cap_ = 5, cap_steps_ = 0;
     long last_rejection_ = -1000;
     int steps_at_order_ = 0;

@@ -84,6 +84,7 @@ Gear::Corrector Gear::refresh_matrix(double t) {
     {
         const PhaseTimer timer(statistics_.seconds.assemble);
         linearise(system_, t, history_.next_lambda().data(), ws_);
+        evaluate_rate_rows(system_, t, ws_);
         saddle_.assemble(system_, ws_, a0_, 1 / a0_, values_);
     }
     const PhaseTimer timer(statistics_.seconds.factor);
@@ -98,14 +99,16 @@ Gear::Corrector Gear::refresh_matrix(double t) {
 
 // Where few coordinates are free, velocities are right at once, and only this keeps the multipliers from
 // running away over the steps.
-bool Gear::multipliers_settled() const {
+bool Gear::multipliers_settled() {
     const Eigen::Index n = system_.velocities(), m = system_.row_count();
     if (m == 0)
         return true;
-    const double change = rhs_.segment(n, m).cwiseAbs().maxCoeff();
+    // where rows repeat each other only what the multipliers do counts
+    const double change = soft() ? force_of(rhs_.segment(n, m)) : largest(rhs_.segment(n, m));
+    const double size = soft() ? force_of(history_.next_lambda()) : largest(history_.next_lambda());
     // drives take their work, friction its force from the multipliers: then these are wanted to the tolerance
     const double share = driven_ ? std::min(multiplier_share, 10 * options_.rtol) : multiplier_share;
-    return change <= share * (largest(history_.next_lambda()) + largest(ws_.f)) + 1e-9;
+    return change <= share * (size + largest(ws_.f)) + 1e-9;
 }
 
 bool Gear::renew_matrix(double t) { return matrix_fresh_ || refresh_matrix(t) == Corrector::converged; }
@@ -122,9 +125,8 @@ void Gear::residual(double t) {
     momentum_ = a0_ * history_.next_u() + beta_u_;
     mass_times(system_, momentum_, momentum_);
     rhs_.head(n) = ws_.f - momentum_;
-    rhs_.segment(n, m) = -ws_.rate;
     rhs_.segment(n + m, n).setZero();
-    rhs_.tail(m) = -ws_.phi;
+    put_open_rows(rhs_.segment(n, m), rhs_.tail(m));
 }
 
 void Gear::move_end() {
@@ -155,14 +157,12 @@ Gear::Corrector Gear::correct(double t) {
                     return status;
         }
         ++statistics_.newton_sweeps;
-        {
-            const PhaseTimer timer(statistics_.seconds.solve);
-            solver_.solve({rhs_.data(), static_cast<std::size_t>(rhs_.size())}, 2);
-        }
+        solve_second_order(1 / a0_, 2);
         move_end();
         if (!std::isfinite(increment_.norm))
             return Corrector::non_finite;
-        if (sweep > 1) {
+        // near singular positions the second sweep takes back what the first did with unfit multipliers
+        if (sweep > (soft() ? 2 : 1)) {
             const double ratio = increment_.norm / last;
             contraction_ = std::max(0.3 * contraction_, ratio);
             if (ratio > 2 || (ratio > 0.9 && increment_.norm > newton_share))

@@ -131,8 +131,8 @@ class Ida final : public Integrator {
 };
 
 Ida::Ida(const System& system, const IntegratorOptions& options)
-    : system_(system), options_(options), equations_(system, options.threads), accelerations_(system),
-      watch_(system, options),
+    : system_(system), options_(options), equations_(system, rows_of(options), options.threads),
+      accelerations_(system, rows_of(options)), watch_(system, options),
       motion_at_([this](double t, int body, BodyMotion& out) { motion_in_step(t, body, out); }),
       state_(initial_state(system)), acceleration_(VecX::Zero(system.velocities())) {
     if (!(options.rtol >= 0) || !(options.atol > 0) || !(options.step >= 0))

@@ -28,8 +28,8 @@ Eigen::Matrix4d spin_matrix(const Vec3& x) {
 
 } // namespace
 
-IdaEquations::IdaEquations(const System& system, int threads)
-    : system_(system), u0_(system.positions()), z0_(u0_ + system.velocities()),
+IdaEquations::IdaEquations(const System& system, Rows rows, int threads)
+    : system_(system), rows_(rows), u0_(system.positions()), z0_(u0_ + system.velocities()),
       lambda0_(z0_ + system.friction_states()), mu0_(lambda0_ + system.row_count()),
       nu0_(mu0_ + system.row_count()), ws_(make_workspace(system, threads)),
       lambda_(VecX::Zero(system.row_count())), mu_(VecX::Zero(system.row_count())),
@@ -148,6 +148,27 @@ template <class Emit> void IdaEquations::visit(double cj, Emit&& emit) const {
     for (int row = 0; row < system_.row_count(); ++row)
         for (const int side : {0, 1})
             visit_side(row, side, emit);
+    if (rows_ == Rows::soft)
+        visit_softness(cj, emit);
+}
+
+// As in SaddleMatrix: rows that repeat each other leave the matrix regular.
+template <class Emit> void IdaEquations::visit_softness(double cj, Emit&& emit) const {
+    for (int row = 0; row < system_.row_count(); ++row) {
+        double sum = 0;
+        for (const int side : {0, 1}) {
+            const int body = side ? system_.rows[row].b : system_.rows[row].a;
+            if (body >= system_.moving)
+                continue;
+            const Row12 g(ws_.rows.data() + 12 * std::size_t(row));
+            const Vec3 turn = g.segment<3>(6 * side + 3);
+            sum += g.segment<3>(6 * side).squaredNorm() / system_.mass[body] +
+                   turn.dot(system_.inverse_inertia[body] * turn);
+        }
+        const double soft = sum > 0 ? -SaddleMatrix::softness * sum / cj : -1.0;
+        emit(lambda0_ + row, lambda0_ + row, soft);
+        emit(mu0_ + row, mu0_ + row, soft);
+    }
 }
 
 template <class Emit> void IdaEquations::visit_body(int i, double cj, Emit&& emit) const {

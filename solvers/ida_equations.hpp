@@ -26,7 +26,7 @@ namespace gudgeon {
 
 class IdaEquations {
   public:
-    explicit IdaEquations(const System& system, int threads = 1);
+    explicit IdaEquations(const System& system, Rows rows = Rows::independent, int threads = 1);
 
     int size() const { return nu0_ + system_.moving; }
     int u0() const { return u0_; }
@@ -61,6 +61,7 @@ class IdaEquations {
 
   private:
     template <class Emit> void visit(double cj, Emit&& emit) const;
+    template <class Emit> void visit_softness(double cj, Emit&& emit) const;
     template <class Emit> void visit_body(int i, double cj, Emit&& emit) const;
     template <class Emit> void visit_blocks(Emit&& emit) const;
     template <class Emit> void visit_states(double cj, Emit&& emit) const;
@@ -69,6 +70,7 @@ class IdaEquations {
     void build_pattern();
 
     const System& system_;
+    Rows rows_;
     const int u0_, z0_, lambda0_, mu0_, nu0_;
     Workspace ws_;
     VecX q_, u_, lambda_, mu_, nu_, drift_; // drift = M^-1 G^T mu

@@ -13,6 +13,7 @@ namespace gudgeon {
 namespace {
 constexpr double position_target = 2e-11; // m, rad
 constexpr double velocity_target = 8e-11; // m/s, rad/s
+constexpr double round_off = 1e-14;       // of residuals, relative to coordinates and velocities
 constexpr double closed = 1e-10;          // both: what every accepted step keeps
 constexpr int most_closings = 10;
 constexpr double slow_closing = 0.2; // share left over by a solve: more asks for a new matrix
@@ -28,9 +29,85 @@ ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOpt
       carried_on_([this](double t, int body, BodyMotion& out) { motion_carried_on(t, body, out); }) {
     solver_.analyse(saddle_.pattern());
     values_.assign(saddle_.pattern().nonzeros(), 0.0);
+    pose_change_ = VecX::Zero(system.velocities());
+    rate_change_ = VecX::Zero(system.row_count());
+    turn_ = VecX::Zero(system.velocities() + system.row_count());
     rhs_ = VecX::Zero(2 * (system.velocities() + system.row_count()));
     source_ = decay_ = z_rate_ = VecX::Zero(system.friction_states());
     statistics_.nnz_matrix = saddle_.pattern().nonzeros();
+    if (options.redundant)
+        ImplicitIntegrator::soften();
+}
+
+void ImplicitIntegrator::soften() {
+    soft_ = true;
+    consistent_.soften();
+    saddle_ = SaddleMatrix(system_, Rows::soft);
+    solver_.analyse(saddle_.pattern());
+    values_.assign(saddle_.pattern().nonzeros(), 0.0);
+    statistics_.nnz_matrix = saddle_.pattern().nonzeros();
+}
+
+bool ImplicitIntegrator::softened(Corrector result) {
+    if (result != Corrector::singular || soft_ || system_.row_count() == 0)
+        return false;
+    ConsistentSolver probe(system_); // forces may be the cause as well
+    probe.soften();
+    VecX u = state_.u;
+    probe.project_velocities(state_.t, state_.q, u, ws_);
+    if (probe.deficiency() == 0)
+        return false;
+    soften();
+    statistics_.softened_at = state_.t;
+    return true;
+}
+
+// K (., x) = (0, E lambda) gives x = -(N + E)^-1 E lambda, N = G (a M + C + s S)^-1 G^T.
+void ImplicitIntegrator::drop_idle_part(VecX& lambda) {
+    const Eigen::Index n = system_.velocities(), m = system_.row_count();
+    rhs_.head(n).setZero();
+    saddle_.soft_times(values_, lambda, rhs_.segment(n, m));
+    const PhaseTimer timer(statistics_.seconds.solve);
+    solver_.solve({rhs_.data(), static_cast<std::size_t>(n + m)}, 1);
+    lambda += rhs_.segment(n, m);
+}
+
+void ImplicitIntegrator::put_open_rows(Eigen::Ref<VecX> velocity, Eigen::Ref<VecX> position) const {
+    velocity = -ws_.rate;
+    position = -ws_.phi;
+    if (soft_ && largest(ws_.rate) <= round_off * (1 + largest(end_u())))
+        velocity.setZero();
+    if (soft_ && largest(ws_.phi) <= round_off * (1 + largest(end_q())))
+        position.setZero();
+}
+
+// With R = d(G u)/dq: G du = -rate - R dq and G dq = -Phi, dq = q_per_u du + d. The first two columns leave R
+// out; a third makes up for it, and takes its share of dq back out of d.
+void ImplicitIntegrator::solve_second_order(double q_per_u, int columns) {
+    const PhaseTimer timer(statistics_.seconds.solve);
+    const Eigen::Index n = system_.velocities(), m = system_.row_count();
+    if (columns == 2)
+        rhs_.tail(m) -= q_per_u * rhs_.segment(n, m);
+    solver_.solve({rhs_.data(), static_cast<std::size_t>(columns * (n + m))}, columns);
+    if (columns == 1)
+        rhs_.tail(n + m).setZero();
+    if (m == 0)
+        return;
+    pose_change_ = rhs_.segment(n + m, n) + q_per_u * rhs_.head(n);
+    rate_rows_times(system_, ws_, pose_change_, rate_change_);
+    if (largest(rate_change_) <= negligible_rate)
+        return;
+    turn_.head(n).setZero();
+    turn_.tail(m) = -rate_change_;
+    solver_.solve({turn_.data(), static_cast<std::size_t>(n + m)}, 1);
+    rhs_.head(n + m) += turn_;
+    rhs_.segment(n + m, n) -= q_per_u * turn_.head(n);
+}
+
+double ImplicitIntegrator::force_of(const VecX& lambda) {
+    pushed_.setZero(system_.velocities());
+    add_transposed_rows(system_, ws_, lambda, 1.0, pushed_);
+    return largest(pushed_);
 }
 
 StepOutcome ImplicitIntegrator::advance(double t_stop) {
@@ -133,10 +210,14 @@ bool ImplicitIntegrator::close_constraints(double t) {
         }
         phi_worst_ = largest(ws_.phi);
         rate_worst_ = largest(ws_.rate);
-        const double round_off = 1e-15 * (largest(end_q()) + largest(end_u()));
+        // near a singular position what stays open moves the mechanism by much more: there to round-off
+        const double floor = (soft_ ? round_off : 1e-15) * (largest(end_q()) + largest(end_u()));
+        const double target = soft_ ? floor : std::max(position_target, floor);
         const double open = std::max(phi_worst_, position_target / velocity_target * rate_worst_);
-        if (open <= std::max(position_target, round_off))
+        if (open <= target)
             return true;
+        if (soft_ && open > 0.5 * last)
+            break;
         if (!(open < 1e3 * last))
             return false;
         if (open > slow_closing * last && !renew_matrix(t))
@@ -145,13 +226,7 @@ bool ImplicitIntegrator::close_constraints(double t) {
         rhs_.setZero();
         rhs_.segment(n, m) = -ws_.rate;
         rhs_.tail(m) = -ws_.phi;
-        {
-            const PhaseTimer timer(statistics_.seconds.solve);
-            const int columns = phi_worst_ <= position_target ? 1 : 2; // the second closes Phi
-            solver_.solve({rhs_.data(), static_cast<std::size_t>(columns * (n + m))}, columns);
-            if (columns == 1)
-                rhs_.tail(m).setZero();
-        }
+        solve_second_order(q_per_u(), phi_worst_ <= target ? 1 : 2); // the second column closes Phi
         ++statistics_.constraint_polish;
         move_end();
     }

@@ -24,6 +24,9 @@ class ImplicitIntegrator : public Integrator {
     }
 
   protected:
+    /// m/s, rad/s: a smaller change of the velocity constraints is not worth a solve.
+    static constexpr double negligible_rate = 1e-11;
+
     enum class Corrector { converged, slow, singular, non_finite };
 
     /// A step to be tried: its end, its length, whether it ends at t_stop.
@@ -43,8 +46,27 @@ class ImplicitIntegrator : public Integrator {
     virtual void motion_carried_on(double t, int body, BodyMotion& out) const = 0;
     /// Moves that end by a solution in rhs_: velocity and multiplier change; position correction.
     virtual void move_end() = 0;
+    /// How far move_end() moves coordinates for a change of velocities, s.
+    virtual double q_per_u() const = 0;
     /// A new matrix for the end of the step, unless it is new already; false if none can be made.
     virtual bool renew_matrix(double t) = 0;
+
+    /// Rows may repeat each other from now on (SaddleMatrix, ConsistentSolver).
+    virtual void soften();
+    bool soft() const { return consistent_.soft() && soft_; }
+    /// A singular matrix of independent rows is no reason for a shorter step: soft rows and the step again.
+    bool softened(Corrector result);
+    /// Takes out of multipliers what moves nothing, with the present matrix; columns in rhs_ as long as one.
+    void drop_idle_part(VecX& lambda);
+    /// Residuals of the constraints as right-hand sides, 0 where soft rows are closed already: near a
+    /// singular position a correction of round-off would move the mechanism by much more than it closes.
+    void put_open_rows(Eigen::Ref<VecX> velocity, Eigen::Ref<VecX> position) const;
+    /// Solves for changes of velocities, multipliers and positions that close both kinds of constraints to
+    /// second order: rhs_ holds residuals of momentum and velocity, then of position. The coordinates move by
+    /// q_per_u times the change of the velocities besides the position correction.
+    void solve_second_order(double q_per_u, int columns);
+    /// Largest change of a generalised force by a change of the multipliers.
+    double force_of(const VecX& lambda);
 
     /// Consistent accelerations at state_ (zero where there are none), multipliers into state_, angles.
     void begin(const State& state, VecX& acceleration);
@@ -91,9 +113,13 @@ class ImplicitIntegrator : public Integrator {
     double phi_worst_ = 0, rate_worst_ = 0;
     ErrorNorm::Value error_, increment_;
     int rejections_in_row_ = 0;
+    bool soft_ = false;
+    VecX pushed_; // G^T x
+    VecX turn_;   // a third column over (u, lambda)
+    VecX pose_change_, rate_change_;
 };
 
 /// Largest magnitude, 0 of none.
-inline double largest(const VecX& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
+inline double largest(const Eigen::Ref<const VecX>& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
 
 } // namespace gudgeon

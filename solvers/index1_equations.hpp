@@ -17,14 +17,16 @@ namespace gudgeon {
 
 class Index1Equations {
   public:
-    explicit Index1Equations(const System& system);
+    explicit Index1Equations(const System& system, Rows rows = Rows::independent);
 
-    /// At ws.motion. Leaves the forces in ws.f, Phi and G u + dPhi/dt in ws.phi and ws.rate, G in ws.rows.
-    /// extra: one per row (m/s2), null for none. acceleration and lambda have their sizes already.
+    /// Where rows repeat each other (told at first, or found by a singular matrix) any multipliers that give
+    /// the motion will do. At ws.motion. Leaves the forces in ws.f, Phi and G u + dPhi/dt in ws.phi and
+    /// ws.rate, G in ws.rows. extra: one per row (m/s2), null for none. acceleration and lambda have their
+    /// sizes already.
     FactorStatus solve(double t, Workspace& ws, const VecX* extra, VecX& acceleration, VecX& lambda);
 
     /// Change of the accelerations by `extra` alone, with the matrix of the last solve().
-    void respond(const VecX& extra, VecX& acceleration);
+    void respond(const Workspace& ws, const VecX& extra, VecX& acceleration);
 
     /// Writes the counts and times of all solves so far.
     void report(Statistics& statistics) const;
@@ -33,13 +35,18 @@ class Index1Equations {
     std::string name_of(int column) const;
 
   private:
-    void settle_reactions(double t, Workspace& ws, const VecX* extra, VecX& acceleration, VecX& lambda);
+    void settle_reactions(double t, Workspace& ws, VecX& acceleration, VecX& lambda);
+
+    void use(Rows rows);
+    FactorStatus factor(const Workspace& ws);
+    void close_rows(const Workspace& ws, const VecX& target);
 
     const System& system_;
+    Rows rows_;
     SaddleMatrix matrix_;
     KluSolver klu_;
     std::vector<double> values_;
-    VecX gamma_, unknowns_;
+    VecX gamma_, unknowns_, solution_, acceleration_, target_, residual_;
     long evaluations_ = 0;
     PhaseTimes seconds_;
 };

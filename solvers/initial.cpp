@@ -1,7 +1,6 @@
 #include "solvers/initial.hpp"
 
 #include "core/assembly.hpp"
-#include "core/matrices.hpp"
 #include "solvers/consistent.hpp"
 
 #include <fmt/format.h>
@@ -124,39 +123,6 @@ AssemblyReport assemble_start(const System& system, State& state) {
         list_open(system, ws.rate, 1e-3 * report.velocity_after, true, report);
     list_changes(system, given, state, report);
     return report;
-}
-
-RedundancyReport find_redundancy(const System& system, const State& state) {
-    RedundancyReport report;
-    report.rows = system.row_count();
-    report.rank = report.rows;
-    if (report.rows > 0) {
-        Workspace ws = make_workspace(system);
-        ws.angles = state.angles;
-        evaluate_at(system, state, ws);
-        const RankReport rank = rank_of_rows(rows_as_matrix(system, ws), 1e-9);
-        report.rank = rank.rank;
-        report.dependent = rank.dependent;
-    }
-    report.dof = system.velocities() - report.rank;
-    return report;
-}
-
-std::vector<std::string> RedundancyReport::lines(const System& system) const {
-    const auto name = [&](int r) {
-        const RowRecord& row = system.rows[r];
-        return fmt::format("'{}' ({})", system.joints[row.joint].name, row.direction);
-    };
-    std::vector<std::string> out;
-    for (const RankReport::Dependence& d : dependent) {
-        std::string others;
-        for (const auto& [row, coefficient] : d.combination)
-            if (row != d.row)
-                others += (others.empty() ? "" : ", ") + name(row);
-        out.push_back(others.empty() ? fmt::format("{} stops nothing", name(d.row))
-                                     : fmt::format("{} repeats {}", name(d.row), others));
-    }
-    return out;
 }
 
 } // namespace gudgeon

@@ -1,8 +1,7 @@
-// Consistent start: assembly of positions and velocities, redundant rows by name.
+// Consistent start: assembly of positions and velocities.
 #pragma once
 
 #include "core/state.hpp"
-#include "solvers/rank.hpp"
 
 #include <string>
 #include <vector>
@@ -36,16 +35,5 @@ struct AssemblyReport {
 /// Moves q and u the least in the mass norm, keeping held coordinates, until positions and velocities
 /// satisfy the constraints at state.t.
 AssemblyReport assemble_start(const System& system, State& state);
-
-struct RedundancyReport {
-    int rows = 0, rank = 0, dof = 0;
-    std::vector<RankReport::Dependence> dependent;
-
-    /// One line per group of rows that repeat each other, joints and directions named.
-    std::vector<std::string> lines(const System& system) const;
-};
-
-/// Rank of the constraint rows at a state (sparse QR; rows with lengths made dimensionless by 1 m).
-RedundancyReport find_redundancy(const System& system, const State& state);
 
 } // namespace gudgeon

@@ -1,6 +1,7 @@
 // One interface for all integrators of the equations of motion.
 #pragma once
 
+#include "core/assembly.hpp"
 #include "core/state.hpp"
 
 #include <array>
@@ -26,7 +27,12 @@ struct IntegratorOptions {
     int threads = 1;
     Onset onset = Onset::threshold;
     long max_steps = std::numeric_limits<long>::max();
+    bool redundant = false; // rows of the start repeat each other; set by Simulation
 };
+
+inline Rows rows_of(const IntegratorOptions& options) {
+    return options.redundant ? Rows::soft : Rows::independent;
+}
 
 /// Where the time goes, in seconds.
 struct PhaseTimes {
@@ -41,6 +47,7 @@ struct PhaseTimes {
 struct Statistics {
     long steps = 0;
     long rejected_error = 0, rejected_newton = 0, rejected_contact = 0;
+    double softened_at = std::numeric_limits<double>::quiet_NaN(); // s, where rows became soft on the way
     long deep_starts = 0;       // contacts that began too deep and were taken all the same
     long newton_sweeps = 0;     // evaluations of the whole residual followed by a solve
     long constraint_polish = 0; // extra solves that only close the constraints

@@ -24,8 +24,7 @@ constexpr double good_contraction = 1e-3; // better: the derivatives are kept fo
 
 Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitIntegrator(system, options) {
     const Eigen::Index n = system.velocities(), m = system.row_count();
-    complex_.analyse(saddle_.pattern());
-    complex_values_.assign(saddle_.pattern().nonzeros(), 0.0);
+    analyse_complex();
     for (int i = 0; i < stages; ++i) {
         for (auto* x : {&V_, &Z_, &X_, &last_V_, &last_Z_})
             (*x)[i] = VecX::Zero(n);
@@ -37,9 +36,20 @@ Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitI
     }
     z_matrix_decay_ = z_step_ = error_z_ = VecX::Zero(system.friction_states());
     complex_rhs_.assign(2 * (n + m), 0.0);
+    complex_turn_.assign(n + m, 0.0);
     q_stage_ = q_end_ = VecX::Zero(system.positions());
     for (VecX* x : {&u_stage_, &u_end_, &momentum_, &slope_, &error_u_, &error_q_, &f_start_, &rate_})
         *x = VecX::Zero(n);
+}
+
+void Radau::analyse_complex() {
+    complex_.analyse(saddle_.pattern());
+    complex_values_.assign(saddle_.pattern().nonzeros(), 0.0);
+}
+
+void Radau::soften() {
+    ImplicitIntegrator::soften();
+    analyse_complex();
 }
 
 void Radau::start(const State& state) {
@@ -75,6 +85,10 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
     predict(h);
     const bool renewed = !matrix_current_;
     const Corrector result = correct(state_.t, h);
+    if (softened(result)) {
+        matrix_current_ = false;
+        return {};
+    }
     if (result != Corrector::converged) {
         if (result == Corrector::slow && !renewed) {
             matrix_current_ = false; // the same step with new derivatives
@@ -264,6 +278,9 @@ void Radau::start_forces() {
 
 void Radau::accept(double t, double h, double error) {
     count_acceptance(t, h, order, error);
+    if (soft())
+        for (VecX& lambda : lambda_)
+            drop_idle_part(lambda);
     const RadauCoefficients& k = radau_coefficients();
     previous_ = state_;
     {

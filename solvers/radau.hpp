@@ -29,6 +29,8 @@ class Radau final : public ImplicitIntegrator {
     static constexpr int stages = 3;
 
     // radau.cpp: steps and control
+    void analyse_complex();
+    void soften() override;
     StepOutcome attempt(double t_stop, bool& accepted) override;
     double first_step() const;
     ErrorNorm::Value estimate_error(double t, double h);
@@ -41,6 +43,7 @@ class Radau final : public ImplicitIntegrator {
     void linearise_in_step();
     void stage_residual(int stage, double t, double h);
     void solve_increments(double h);
+    void solve_complex(std::complex<double> q_per_u);
     bool turn_to_velocities(double h);
     void settle_states(double t, double h);
     void start_forces();
@@ -50,6 +53,7 @@ class Radau final : public ImplicitIntegrator {
     void motion_carried_on(double t, int body, BodyMotion& out) const override;
     void put_beyond(int body, const Vec6& step, const Vec6& u, BodyMotion& out) const;
     void move_end() override;
+    double q_per_u() const override { return 0; }
     bool renew_matrix(double) override { return true; } // the next try gets new ones
     const VecX& end_q() const override { return q_end_; }
     const VecX& end_u() const override { return u_end_; }
@@ -60,7 +64,7 @@ class Radau final : public ImplicitIntegrator {
 
     std::array<VecX, stages> V_, Z_, X_, lambda_; // of the step being tried
     std::array<VecX, stages> stage_rhs_;          // per stage: momentum and velocity residual; positions
-    std::vector<std::complex<double>> complex_rhs_;
+    std::vector<std::complex<double>> complex_rhs_, complex_turn_;
     VecX q_stage_, u_stage_, q_end_, u_end_, momentum_, slope_, error_u_, error_q_, f_start_, rate_;
     std::array<VecX, stages> z_, source_i_, decay_i_; // friction states at the stages, their terms
     VecX z_matrix_decay_, z_step_, error_z_;

@@ -139,6 +139,7 @@ void Radau::linearise_in_step() {
         state_terms(system_, matrix_t_, ws_, source_, z_matrix_decay_);
     }
     linearise(system_, matrix_t_, lambda_[1].data(), ws_);
+    evaluate_rate_rows(system_, matrix_t_, ws_);
     matrix_current_ = true;
 }
 
@@ -178,8 +179,34 @@ void Radau::stage_residual(int i, double t, double h) {
     momentum_ = (inverse(i, 0) * V_[0] + inverse(i, 1) * V_[1] + inverse(i, 2) * V_[2]) / h;
     mass_times(system_, momentum_, momentum_);
     stage_rhs_[i].head(n) = ws_.f - momentum_;
-    stage_rhs_[i].segment(n, m) = -ws_.rate;
-    stage_rhs_[i].tail(m) = -ws_.phi;
+    put_open_rows(stage_rhs_[i].segment(n, m), stage_rhs_[i].tail(m));
+}
+
+// As solve_second_order(), for the pair of complex eigenvalues.
+void Radau::solve_complex(std::complex<double> q_per_u) {
+    const PhaseTimer timer(statistics_.seconds.solve);
+    const Eigen::Index n = system_.velocities(), m = system_.row_count(), size = n + m;
+    Eigen::Map<Eigen::VectorXcd> x(complex_rhs_.data(), 2 * size), y(complex_turn_.data(), size);
+    x.tail(m) -= q_per_u * x.segment(n, m);
+    complex_.solve(complex_rhs_, 2);
+    if (m == 0)
+        return;
+    double largest_change = 0;
+    y.setZero();
+    for (const std::complex<double> part : {std::complex<double>(1, 0), std::complex<double>(0, 1)}) {
+        for (Eigen::Index j = 0; j < n; ++j) {
+            const std::complex<double> change = x[size + j] + q_per_u * x[j];
+            pose_change_[j] = part.imag() == 0 ? change.real() : change.imag();
+        }
+        rate_rows_times(system_, ws_, pose_change_, rate_change_);
+        largest_change = std::max(largest_change, largest(rate_change_));
+        y.tail(m) -= part * rate_change_;
+    }
+    if (largest_change <= negligible_rate)
+        return;
+    complex_.solve(complex_turn_, 1);
+    x.head(size) += y;
+    x.segment(size, n) -= q_per_u * y.head(n);
 }
 
 void Radau::solve_increments(double h) {
@@ -200,9 +227,9 @@ void Radau::solve_increments(double h) {
             rhs_[j] = 0;
             complex_rhs_[j] = 0;
         }
-        solver_.solve({rhs_.data(), static_cast<std::size_t>(2 * size)}, 2);
-        complex_.solve(complex_rhs_, 2);
     }
+    solve_second_order(h / radau_coefficients().real_eigenvalue, 2);
+    solve_complex(h / radau_coefficients().eigenvalue);
     const PhaseTimer timer(statistics_.seconds.control);
     for (int i = 0; i < stages; ++i) {
         const auto back = [&](Eigen::Index at) {
@@ -264,9 +291,11 @@ Radau::Corrector Radau::correct(double t, double h) {
                 increment_ = ErrorNorm::worse(increment_, {z_change_, -1});
             }
         }
-        if (sweeps_ > 1) {
+        // near singular positions the second sweep takes back what the first did with unfit multipliers
+        const int judged = soft() ? 3 : 2;
+        if (sweeps_ >= judged) {
             ratio = increment_.norm / last;
-            contraction_ = sweeps_ == 2 ? ratio : std::sqrt(ratio * contraction_);
+            contraction_ = sweeps_ == judged ? ratio : std::sqrt(ratio * contraction_);
             ratio = contraction_;
             const int left = most_sweeps - sweeps_;
             stalled =

@@ -41,8 +41,9 @@ class Rk4 final : public Integrator {
   public:
     Rk4(const System& system, const IntegratorOptions& options)
         : system_(system), step_(options.step == 0 ? default_step : options.step),
-          max_steps_(options.max_steps), equations_(system), ws_(make_workspace(system, options.threads)),
-          watch_(system, options), motion_at_([this](double t, int body, BodyMotion& out) {
+          max_steps_(options.max_steps), equations_(system, rows_of(options)),
+          ws_(make_workspace(system, options.threads)), watch_(system, options),
+          motion_at_([this](double t, int body, BodyMotion& out) {
               interpolate(t, inside_);
               out.r = inside_.q.segment<3>(7 * body);
               out.p = inside_.q.segment<4>(7 * body + 3);
@@ -182,7 +183,7 @@ StepOutcome Rk4::take_step(double h, double t_end) {
     const State& from = now_.state;
     // the full step, also in a shortened one: Phi / h^2 would shake the mechanism
     baumgarte_ = -(baumgarte_rate / step_) * rate_ - (baumgarte_position / (step_ * step_)) * phi_;
-    equations_.respond(baumgarte_, response_);
+    equations_.respond(ws_, baumgarte_, response_);
     power_ = now_.powers;
     power_sum_.setZero();
     sum_q_.setZero();

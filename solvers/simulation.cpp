@@ -27,6 +27,8 @@ struct Simulation::Impl {
     AssemblyReport assembly;
     RedundancyReport redundancy;
     std::vector<std::string> notices;
+    std::vector<RankChange> rank_changes;
+    int deficiency = 0, repeated = 0; // of the last sample: by pivots, by rank
     std::unique_ptr<Integrator> integrator;
     ConsistentSolver consistent;
     Workspace ws; // for samples
@@ -40,7 +42,12 @@ struct Simulation::Impl {
           ws(make_workspace(system)) {
         assemble();
         notices = start_notices(system, start);
-        integrator = make_integrator(options.integrator, system, options.integration);
+        IntegratorOptions integration = options.integration;
+        integration.redundant = !redundancy.dependent.empty();
+        repeated = static_cast<int>(redundancy.dependent.size());
+        if (integration.redundant)
+            consistent.soften();
+        integrator = make_integrator(options.integrator, system, integration);
         integrator->set_on_contact(options.on_contact);
         integrator->start(start);
         now = integrator->state();
@@ -54,15 +61,30 @@ struct Simulation::Impl {
         if (!assembly.ok)
             throw AssemblyError("the mechanism cannot be assembled: " + assembly.message(system), assembly);
         redundancy = find_redundancy(system, start);
-        if (redundancy.dependent.empty())
+    }
+
+    // Pivots tell cheaply that the rank may have changed; then it is found out.
+    void watch_rank(const State& s) {
+        constexpr std::size_t most = 100;
+        if (!consistent.soft() ||
+            consistent.deficiency() == std::exchange(deficiency, consistent.deficiency()))
             return;
-        std::string text =
-            fmt::format("{} of {} constraint rows repeat others, which this version does not solve: ",
-                        redundancy.dependent.size(), redundancy.rows);
-        const std::vector<std::string> lines = redundancy.lines(system);
-        for (std::size_t i = 0; i < lines.size() && i < 8; ++i)
-            text += (i ? "; " : "") + lines[i];
-        throw AssemblyError(text, assembly);
+        RedundancyReport report = find_redundancy(system, s);
+        const int now = static_cast<int>(report.dependent.size());
+        if (now != std::exchange(repeated, now) && rank_changes.size() < most)
+            rank_changes.push_back({s.t, std::move(report)});
+    }
+
+    // At a singular position constraints close only as far as the integrator closed them: then the state is
+    // taken as it is.
+    bool close(State& s) {
+        const VecX q = s.q, u = s.u;
+        if (consistent.project_positions(s.t, s.q, s.u, ws) &&
+            consistent.project_velocities(s.t, s.q, s.u, ws))
+            return true;
+        s.q = q;
+        s.u = u;
+        return consistent.soft();
     }
 
     // Closes the constraints of a state and evaluates everything there.
@@ -75,14 +97,13 @@ struct Simulation::Impl {
         ws.lambda = state.lambda;
         ws.external = integrator->workspace().external;
         State& s = sample.state;
-        if (!consistent.project_positions(s.t, s.q, s.u, ws) ||
-            !consistent.project_velocities(s.t, s.q, s.u, ws) ||
-            !consistent.accelerations(s.t, s.q, s.u, ws, sample.acceleration, s.lambda))
+        if (!close(s) || !consistent.accelerations(s.t, s.q, s.u, ws, sample.acceleration, s.lambda))
             throw std::runtime_error(fmt::format("the sample at t = {:.9g} s has no consistent state: "
                                                  "constraints open by {:.3g} (position), {:.3g} "
                                                  "(velocity), or repeating each other",
                                                  s.t, consistent.worst_position(),
                                                  consistent.worst_velocity()));
+        watch_rank(s);
         sample.motion = ws.motion;
         sample.energies = energies(system, s.t, s.lambda.data(), ws);
         sample.balance = sample.energies.mechanical() + s.dissipated() - s.input() - balance_start;
@@ -120,6 +141,7 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 const System& Simulation::system() const { return impl_->system; }
 const AssemblyReport& Simulation::assembly() const { return impl_->assembly; }
 const RedundancyReport& Simulation::redundancy() const { return impl_->redundancy; }
+const std::vector<RankChange>& Simulation::rank_changes() const { return impl_->rank_changes; }
 const std::vector<std::string>& Simulation::notices() const { return impl_->notices; }
 const char* Simulation::integrator_name() const { return impl_->integrator->name(); }
 std::vector<IntegratorUse> Simulation::integrator_uses() const {

@@ -10,6 +10,7 @@
 #include "core/user_force.hpp"
 #include "solvers/initial.hpp"
 #include "solvers/integrator.hpp"
+#include "solvers/redundancy.hpp"
 
 #include <functional>
 #include <memory>
@@ -26,7 +27,7 @@ struct SimulationOptions {
     std::function<void(const ContactEvent&)> on_contact; // starts, ends and rejected starts of contacts
 };
 
-/// The mechanism cannot be assembled or its constraints repeat each other; what() names the joints.
+/// The mechanism cannot be assembled; what() names the joints.
 class AssemblyError : public std::runtime_error {
   public:
     AssemblyError(const std::string& what, AssemblyReport report)
@@ -48,6 +49,8 @@ class Simulation {
     const System& system() const;
     const AssemblyReport& assembly() const;
     const RedundancyReport& redundancy() const;
+    /// Changes of the rank that samples showed, singular positions among them; at most 100.
+    const std::vector<RankChange>& rank_changes() const;
     /// What to know of the start (notices.hpp): contacts that begin deep, clearances of zero.
     const std::vector<std::string>& notices() const;
     const Statistics& statistics() const;

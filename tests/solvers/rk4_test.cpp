@@ -147,13 +147,14 @@ TEST(Rk4, LoadsFromOutsideActFromTheNextStep) {
     EXPECT_NEAR(rk4->state().input(), 4.5, 1e-12);
 }
 
-TEST(Rk4, RepeatedConstraintsAreNamed) {
+TEST(Rk4, RepeatedConstraintsAreNoHindrance) {
     const System system = ready("four-bar");
     auto rk4 = started(system, 1e-3);
-    const StepOutcome outcome = rk4->advance(1);
-    EXPECT_FALSE(outcome.ok);
-    EXPECT_EQ(outcome.reason, StepReason::singular);
-    EXPECT_NE(outcome.message.find("joint "), std::string::npos) << outcome.message;
+    const StepOutcome outcome = run(*rk4, 1);
+    ASSERT_TRUE(outcome.ok) << outcome.message;
+    // a'' = 12/10 g sin a from a = 0 and a' = 1: the crank's end is at (sin a, cos a)
+    const double energy = 0.5 + 1.2 * 9.81, c = 2 * rk4->state().q[2], speed = 2 * rk4->state().u[2];
+    EXPECT_NEAR(speed * speed / (1 - c * c), 2 * (energy - 1.2 * 9.81 * c), 1e-6);
 }
 
 TEST(Rk4, UnstableStepEndsWithTheBody) {

@@ -55,7 +55,8 @@ TEST(Simulation, SavedStateGoesOnAlike) {
             end = other.state();
         }
         EXPECT_TRUE(same_bits(ends[0].q, ends[1].q) && same_bits(ends[0].u, ends[1].u)) << name;
-        EXPECT_LT((ends[0].q - again.q).cwiseAbs().maxCoeff(), 1e-2 * tol) << name; // pivots differ
+        // the first kept its pivots: rounding may turn a decision about a sweep
+        EXPECT_LT((ends[0].q - again.q).cwiseAbs().maxCoeff(), tol) << name;
     }
 }
 
