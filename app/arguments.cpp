@@ -53,7 +53,7 @@ void add_run_options(CLI::App& command, Typed& typed) {
             ->type_name(value);
     };
     option("--integrator", "WORD", "auto (gear or radau, as the run asks), gear, radau, ida or rk4");
-    option("--formulation", "WORD", "auto (saddle-point) or saddle-point");
+    option("--formulation", "WORD", "gear and radau: saddle-point (KLU), augmented-lagrangian (CHOLMOD) or auto");
     option("--rtol", "X", "relative error of a step, 1e-6");
     option("--atol", "X", "absolute error of a step (m, m/s, rad/s), as --rtol");
     option("--step", "S", "rk4: the step, 1e-3 s; elsewhere the largest step");
@@ -120,11 +120,25 @@ int whole(const Typed& typed, const std::string& option, int most, int fallback)
     return static_cast<int>(*value);
 }
 
+/// Not every method has the choice.
+std::string formulation(const Typed& typed, const std::string& integrator) {
+    std::string word = choice(typed, "--formulation", {"saddle-point", "augmented-lagrangian", "auto"}, {});
+    if (!typed.options.contains("--formulation"))
+        return word;
+    if ((integrator == "ida" || integrator == "rk4") && word == "augmented-lagrangian")
+        throw UsageError("--formulation", fmt::format("'{}' with --integrator {}", word, integrator),
+                         "saddle-point or auto; augmented-lagrangian with gear, radau, auto");
+    if (integrator == "bayo" && word == "saddle-point")
+        throw UsageError("--formulation", fmt::format("'{}' with --integrator bayo", word),
+                         "augmented-lagrangian or auto");
+    return word;
+}
+
 RunArguments run_arguments(const Typed& typed, ModelArguments model) {
     RunArguments run;
     run.model = std::move(model);
     run.integrator = choice(typed, "--integrator", integrator_names(), {});
-    run.formulation = choice(typed, "--formulation", {"auto", "saddle-point"}, {"augmented-lagrangian"});
+    run.formulation = formulation(typed, run.integrator);
     run.start = choice(typed, "--start", {"as-given"}, {"equilibrium"});
     run.rtol = positive(typed, "--rtol", 1e-14, 1).value_or(run.rtol);
     run.atol = positive(typed, "--atol");

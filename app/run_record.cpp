@@ -53,7 +53,7 @@ ordered_json settings(const RunArguments& given, const SimulationOptions& used, 
         typed["--channels"] = given.channels;
     const IntegratorOptions& o = used.integration;
     ordered_json out{{"integrator", used.integrator},
-                     {"formulation", "saddle-point"},
+                     {"formulation", formulation_name(o.formulation)},
                      {"rtol", o.rtol},
                      {"atol", o.atol},
                      {"step", o.step},
@@ -78,6 +78,10 @@ void add_counts(ordered_json& out, const Statistics& s) {
     out["evaluations"] = s.evaluations;
     out["factorisations"] = s.factorisations;
     out["refactorisations"] = s.refactorisations;
+    out["cholmod_factorisations"] = s.cholmod_factorisations;
+    out["cholmod_solves"] = s.cholmod_solves;
+    out["cholmod_iterations"] = s.cholmod_iterations;
+    out["klu_fallbacks"] = s.klu_fallbacks;
     out["order_histogram"] = s.order_histogram;
     out["smallest_step"] = s.smallest_step; // null before the first step
     out["largest_step"] = s.largest_step;
@@ -164,7 +168,7 @@ ordered_json summary(const RunArguments& arguments, const SimulationOptions& use
                      {"columns", record.columns},
                      {"integrator", sim.integrator_name()},
                      {"integrators_used", uses_json(sim)},
-                     {"formulation", "saddle-point"},
+                     {"formulation", sim.formulation()},
                      {"linear_solver", sim.linear_solver()},
                      {"rtol", options.rtol},
                      {"atol", options.atol},

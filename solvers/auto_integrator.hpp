@@ -16,7 +16,8 @@ class AutoIntegrator final : public Integrator {
     AutoIntegrator(const System& system, const IntegratorOptions& options);
 
     const char* name() const override { return "auto"; }
-    const char* linear_solver() const override { return "klu"; }
+    const char* linear_solver() const override { return active_->linear_solver(); }
+    const char* formulation() const override { return active_->formulation(); }
     void start(const State& state) override;
     StepOutcome advance(double t_stop) override;
     const State& state() const override { return active_->state(); }

@@ -21,9 +21,11 @@ constexpr double slow_closing = 0.2; // share left over by a solve: more asks fo
 constexpr double shortest_for_contact = 1e3;
 } // namespace
 
-ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOptions& options)
+ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOptions& options,
+                                       bool complex_pair)
     : system_(system), options_(options), ws_(make_workspace(system, options.threads)), saddle_(system),
-      solver_({.refinements = 0}), // the sweeps themselves refine
+      formulation_(formulation_for(system, options.formulation, complex_pair)),
+      linear_(make_saddle_solver(system, formulation_)), solver_(*linear_),
       consistent_(system), norm_(system, options.rtol, options.atol), watch_(system, options),
       motion_at_([this](double t, int body, BodyMotion& out) { motion_in_step(t, body, out); }),
       carried_on_([this](double t, int body, BodyMotion& out) { motion_carried_on(t, body, out); }) {
@@ -156,6 +158,10 @@ const Statistics& ImplicitIntegrator::statistics() const {
     statistics_.factorisations = solver_.counts().factorisations;
     statistics_.refactorisations = solver_.counts().refactorisations;
     statistics_.nnz_factors = solver_.factor_nonzeros();
+    statistics_.cholmod_factorisations = solver_.counts().cholmod_factorisations;
+    statistics_.cholmod_solves = solver_.counts().cholmod_solves;
+    statistics_.cholmod_iterations = solver_.counts().cholmod_iterations;
+    statistics_.klu_fallbacks = solver_.counts().klu_fallbacks;
     return statistics_;
 }
 

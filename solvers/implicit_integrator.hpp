@@ -5,16 +5,17 @@
 #include "solvers/consistent.hpp"
 #include "solvers/contact_watch.hpp"
 #include "solvers/error_norm.hpp"
+#include "solvers/formulation.hpp"
 #include "solvers/integrator.hpp"
-#include "solvers/klu_solver.hpp"
 
 namespace gudgeon {
 
 class ImplicitIntegrator : public Integrator {
   public:
-    ImplicitIntegrator(const System& system, const IntegratorOptions& options);
+    ImplicitIntegrator(const System& system, const IntegratorOptions& options, bool complex_pair = false);
 
     const char* linear_solver() const override { return solver_.name(); }
+    const char* formulation() const override { return formulation_name(formulation_); }
     StepOutcome advance(double t_stop) override;
     const State& state() const override { return state_; }
     const Statistics& statistics() const override;
@@ -98,7 +99,9 @@ class ImplicitIntegrator : public Integrator {
     mutable Statistics statistics_;
     Workspace ws_;
     SaddleMatrix saddle_;
-    KluSolver solver_;
+    const Formulation formulation_; // in use
+    const std::unique_ptr<LinearSolver> linear_;
+    LinearSolver& solver_; // linear_, for K
     ConsistentSolver consistent_;
     ErrorNorm norm_;
     ContactWatch watch_;

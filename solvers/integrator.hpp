@@ -19,6 +19,12 @@ const char* onset_name(Onset onset);
 /// Throws std::invalid_argument for an unknown word.
 Onset onset_named(const std::string& word);
 
+/// How gear and radau solve their linear systems, the same equations either way (formulation.hpp).
+enum class Formulation { saddle_point, augmented_lagrangian, automatic };
+const char* formulation_name(Formulation formulation);
+/// Throws std::invalid_argument for an unknown word.
+Formulation formulation_named(const std::string& word);
+
 struct IntegratorOptions {
     double rtol = 1e-6; // error of a step relative to each coordinate and velocity ...
     double atol = 1e-6; // ... plus this (m, m/s, rad/s, 1 for Euler parameters)
@@ -26,6 +32,7 @@ struct IntegratorOptions {
     int max_order = 5;  // gear, ida
     int threads = 1;
     Onset onset = Onset::threshold;
+    Formulation formulation = Formulation::saddle_point;
     long max_steps = std::numeric_limits<long>::max();
     bool redundant = false; // rows of the start repeat each other; set by Simulation
 };
@@ -53,6 +60,8 @@ struct Statistics {
     long constraint_polish = 0; // extra solves that only close the constraints
     long evaluations = 0;       // of the forces
     long factorisations = 0, refactorisations = 0;
+    // of the augmented Lagrangian (linear_solver.hpp)
+    long cholmod_factorisations = 0, cholmod_solves = 0, cholmod_iterations = 0, klu_fallbacks = 0;
     long nnz_matrix = 0, nnz_factors = 0;
     std::array<long, 9> order_histogram{}; // accepted steps by order
     double smallest_step = std::numeric_limits<double>::infinity(), largest_step = 0;
@@ -116,6 +125,8 @@ class Integrator {
 
     virtual const char* name() const = 0;
     virtual const char* linear_solver() const = 0;
+    /// As in use: never automatic.
+    virtual const char* formulation() const { return formulation_name(Formulation::saddle_point); }
 
     /// Begins at a consistent state (positions, velocities, multipliers; see consistent.hpp). Also called
     /// after a discontinuity: history is dropped, statistics go on.

@@ -31,7 +31,9 @@ Statistics& Statistics::operator+=(const Statistics& o) {
     for (auto count : {&Statistics::steps, &Statistics::rejected_error, &Statistics::rejected_newton,
                        &Statistics::rejected_contact, &Statistics::deep_starts, &Statistics::newton_sweeps,
                        &Statistics::constraint_polish, &Statistics::evaluations, &Statistics::factorisations,
-                       &Statistics::refactorisations})
+                       &Statistics::refactorisations, &Statistics::cholmod_factorisations,
+                       &Statistics::cholmod_solves, &Statistics::cholmod_iterations,
+                       &Statistics::klu_fallbacks})
         this->*count += o.*count;
     nnz_matrix = std::max(nnz_matrix, o.nnz_matrix);
     nnz_factors = std::max(nnz_factors, o.nnz_factors);
@@ -78,6 +80,21 @@ Onset onset_named(const std::string& word) {
         if (word == onset_name(onset))
             return onset;
     throw std::invalid_argument(fmt::format("unknown onset '{}'; allowed: threshold, root, ignored", word));
+}
+
+const char* formulation_name(Formulation formulation) {
+    return formulation == Formulation::saddle_point           ? "saddle-point"
+           : formulation == Formulation::augmented_lagrangian ? "augmented-lagrangian"
+                                                              : "auto";
+}
+
+Formulation formulation_named(const std::string& word) {
+    for (const Formulation f :
+         {Formulation::saddle_point, Formulation::augmented_lagrangian, Formulation::automatic})
+        if (word == formulation_name(f))
+            return f;
+    throw std::invalid_argument(fmt::format(
+        "unknown formulation '{}'; allowed: saddle-point, augmented-lagrangian, auto", word));
 }
 
 const std::vector<std::string>& integrator_names() {

@@ -22,8 +22,10 @@ constexpr double most_foreseen = 5;       // of a step, over which the last poly
 constexpr double good_contraction = 1e-3; // better: the derivatives are kept for the next step
 } // namespace
 
-Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitIntegrator(system, options) {
+Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitIntegrator(system, options, true) {
     const Eigen::Index n = system.velocities(), m = system.row_count();
+    if (auto* real = dynamic_cast<AugmentedSolver*>(&solver_))
+        pair_ = std::make_unique<AugmentedPairSolver>(*real);
     analyse_complex();
     for (int i = 0; i < stages; ++i) {
         for (auto* x : {&V_, &Z_, &X_, &last_V_, &last_Z_})
@@ -43,7 +45,7 @@ Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitI
 }
 
 void Radau::analyse_complex() {
-    complex_.analyse(saddle_.pattern());
+    pair_ ? pair_->analyse(saddle_.pattern()) : complex_.analyse(saddle_.pattern());
     complex_values_.assign(saddle_.pattern().nonzeros(), 0.0);
 }
 
@@ -344,9 +346,13 @@ void Radau::interpolate(double t, State& out) const {
 
 const Statistics& Radau::statistics() const {
     ImplicitIntegrator::statistics();
-    statistics_.factorisations += complex_.counts().factorisations;
-    statistics_.refactorisations += complex_.counts().refactorisations;
-    statistics_.nnz_factors += complex_.factor_nonzeros();
+    const LinearSolverCounts& counts = pair_ ? pair_->counts() : complex_.counts();
+    statistics_.factorisations += counts.factorisations;
+    statistics_.refactorisations += counts.refactorisations;
+    statistics_.cholmod_solves += counts.cholmod_solves;
+    statistics_.cholmod_iterations += counts.cholmod_iterations;
+    statistics_.klu_fallbacks += counts.klu_fallbacks;
+    statistics_.nnz_factors += pair_ ? pair_->factor_nonzeros() : complex_.factor_nonzeros();
     return statistics_;
 }
 

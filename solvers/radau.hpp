@@ -8,6 +8,7 @@
 // Gear's: K(s) = [s M + C + S/s, G^T; G, 0], s = an eigenvalue of A^-1 over h.
 #pragma once
 
+#include "solvers/augmented_solver.hpp"
 #include "solvers/complex_klu_solver.hpp"
 #include "solvers/implicit_integrator.hpp"
 
@@ -58,7 +59,8 @@ class Radau final : public ImplicitIntegrator {
     const VecX& end_q() const override { return q_end_; }
     const VecX& end_u() const override { return u_end_; }
 
-    ComplexKluSolver complex_;
+    ComplexKluSolver complex_;                  // of the complex matrix, or, with the augmented Lagrangian ...
+    std::unique_ptr<AugmentedPairSolver> pair_; // ... this
     std::vector<std::complex<double>> complex_values_;
     State previous_; // beginning of the last accepted step
 

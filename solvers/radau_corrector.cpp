@@ -155,7 +155,7 @@ Radau::Corrector Radau::refresh_matrices(double h) {
     const PhaseTimer timer(statistics_.seconds.factor);
     FactorStatus status = solver_.factor(values_);
     if (status.ok())
-        status = complex_.factor(complex_values_);
+        status = pair_ ? pair_->factor(complex_values_, pair / real) : complex_.factor(complex_values_);
     matrix_h_ = status.ok() ? h : 0;
     return status.ok()                                     ? Corrector::converged
            : status.kind == FactorStatus::Kind::non_finite ? Corrector::non_finite
@@ -188,7 +188,7 @@ void Radau::solve_complex(std::complex<double> q_per_u) {
     const Eigen::Index n = system_.velocities(), m = system_.row_count(), size = n + m;
     Eigen::Map<Eigen::VectorXcd> x(complex_rhs_.data(), 2 * size), y(complex_turn_.data(), size);
     x.tail(m) -= q_per_u * x.segment(n, m);
-    complex_.solve(complex_rhs_, 2);
+    pair_ ? pair_->solve(complex_rhs_, 2) : complex_.solve(complex_rhs_, 2);
     if (m == 0)
         return;
     double largest_change = 0;
@@ -204,7 +204,7 @@ void Radau::solve_complex(std::complex<double> q_per_u) {
     }
     if (largest_change <= negligible_rate)
         return;
-    complex_.solve(complex_turn_, 1);
+    pair_ ? pair_->solve(complex_turn_, 1) : complex_.solve(complex_turn_, 1);
     x.head(size) += y;
     x.segment(size, n) -= q_per_u * y.head(n);
 }

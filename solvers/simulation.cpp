@@ -151,6 +151,7 @@ std::vector<IntegratorUse> Simulation::integrator_uses() const {
     return uses;
 }
 const char* Simulation::linear_solver() const { return impl_->integrator->linear_solver(); }
+const char* Simulation::formulation() const { return impl_->integrator->formulation(); }
 Integrator& Simulation::integrator() { return *impl_->integrator; }
 double Simulation::time() const { return impl_->now.t; }
 

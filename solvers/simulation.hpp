@@ -58,6 +58,7 @@ class Simulation {
     /// Methods used so far with the reasons (auto), or the one that was asked for.
     std::vector<IntegratorUse> integrator_uses() const;
     const char* linear_solver() const;
+    const char* formulation() const;
     Integrator& integrator();
 
     double time() const; // of the last advance_to

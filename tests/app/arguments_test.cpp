@@ -39,10 +39,14 @@ TEST(Arguments, NumbersOutOfRange) {
 
 TEST(Arguments, UnknownWords) {
     expect_refused({"run", "pendulum", "--integrator", "gera"},
-                   {"--integrator", "'gera'", "did you mean 'gear'?", "auto, gear, radau, ida, rk4"});
-    expect_refused({"run", "pendulum", "--formulation", "index-3"}, {"'index-3'", "auto, saddle-point"});
-    expect_refused({"run", "pendulum", "--formulation", "augmented-lagrangian"},
-                   {"not available in this version", "saddle-point"});
+                   {"--integrator", "'gera'", "did you mean 'gear'?", "auto, gear, radau, ida, rk4, bayo"});
+    expect_refused({"run", "pendulum", "--formulation", "index-3"}, {"'index-3'", "saddle-point, augmented-lagrangian, auto"});
+    for (const char* integrator : {"ida", "rk4"})
+        expect_refused(
+            {"run", "pendulum", "--formulation", "augmented-lagrangian", "--integrator", integrator},
+            {"--formulation", integrator, "gear, radau"});
+    expect_refused({"run", "pendulum", "--formulation", "saddle-point", "--integrator", "bayo"},
+                   {"--formulation", "bayo", "augmented-lagrangian"});
     expect_refused({"run", "pendulum", "--start", "equilibrium"},
                    {"not available in this version", "as-given"});
     expect_refused({"run", "pendulum", "--fast"}, {"--fast"});
