@@ -60,13 +60,21 @@ int main(int argc, char** argv) {
             ->capture_default_str();
     app.add_option("--problems", options.problems, "work-precision: only these")->delimiter(',');
     app.add_option("--tolerances", options.tolerances, "work-precision")->delimiter(',');
-    app.add_option("--bodies", options.bodies, "scaling: sizes")->delimiter(',');
+    app.add_option("--bodies", options.bodies, "scaling, formulations: sizes")->delimiter(',');
     app.add_option("--units", options.units, "suspension: sizes, those with a reference first")
         ->delimiter(',');
     app.add_option("--targets", options.targets, "suspension: errors, m")
         ->delimiter(',')
         ->capture_default_str();
-    app.add_option("--rtol", options.scaling_rtol, "scaling: tolerance")->capture_default_str();
+    app.add_option("--formulations", options.formulations, "formulations: these")
+        ->delimiter(',')
+        ->capture_default_str();
+    app.add_option("--mechanisms", options.formulation_mechanisms, "formulations: chain, four-bar, ...")
+        ->delimiter(',')
+        ->capture_default_str();
+    app.add_option("--span", options.formulation_end, "formulations: length of a run, s")
+        ->capture_default_str();
+    app.add_option("--rtol", options.scaling_rtol, "scaling, formulations: tolerance")->capture_default_str();
     app.add_option("--steps", options.steps, "scaling: steps counted")->capture_default_str();
     app.add_option("--repeats", options.repeats, "of a timed run")->capture_default_str();
     app.add_option("--budget", options.budget, "s of CPU time for the repeats of a line")
@@ -76,6 +84,7 @@ int main(int argc, char** argv) {
     const auto* precision = app.add_subcommand("work-precision", "error against tolerance and work");
     const auto* scale = app.add_subcommand("scaling", "time per body and step from 10 to 10000 bodies");
     const auto* chains = app.add_subcommand("suspension", "time of the suspension chains at a given error");
+    const auto* both = app.add_subcommand("formulations", "KLU against CHOLMOD, 10 to 10000 bodies");
     std::string mechanism;
     int bodies = 0;
     auto* memory = app.add_subcommand("memory", "bytes a mechanism needs: at rest, at most")->group("");
@@ -88,7 +97,7 @@ int main(int argc, char** argv) {
         if (quick)
             make_quick(options);
         if (integrators->count() > 0)
-            options.scaling_integrators = options.integrators;
+            options.scaling_integrators = options.formulation_integrators = options.integrators;
         std::filesystem::create_directories(options.out);
         write_machine(options.out);
         if (all->parsed() || precision->parsed())
@@ -97,6 +106,8 @@ int main(int argc, char** argv) {
             gudgeon::figures::scaling(options);
         if (all->parsed() || chains->parsed())
             gudgeon::figures::suspension(options);
+        if (all->parsed() || both->parsed())
+            gudgeon::figures::formulations(options);
     } catch (const std::exception& error) {
         fmt::print(stderr, "gudgeon_figures: {}\n", error.what());
         return 1;

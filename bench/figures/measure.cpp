@@ -58,6 +58,7 @@ SimulationOptions simulation_options(const Settings& settings) {
     options.integrator = settings.integrator;
     options.integration.rtol = options.integration.atol = settings.rtol;
     options.integration.step = settings.step;
+    options.integration.formulation = formulation_named(settings.formulation);
     return options;
 }
 

@@ -19,6 +19,7 @@ struct Settings {
     std::string integrator = "gear";
     double rtol = 1e-6; // and atol
     double step = 0;    // rk4
+    std::string formulation = "saddle-point";
 };
 
 SimulationOptions simulation_options(const Settings& settings);

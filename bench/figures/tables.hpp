@@ -16,6 +16,10 @@ struct Options {
     std::vector<int> bodies{10, 30, 100, 300, 1000, 3000, 10000};
     std::vector<int> units{1, 4, 16, 64};
     std::vector<double> targets{1e-3, 1e-5, 1e-7}; // m, chassis height
+    std::vector<std::string> formulations{"saddle-point", "augmented-lagrangian"};
+    std::vector<std::string> formulation_integrators{"gear", "radau"};
+    std::vector<std::string> formulation_mechanisms{"chain", "suspension-chain"};
+    double formulation_end = 0.1; // s
     double scaling_rtol = 1e-5;
     int steps = 200;    // counted steps of the scaling table
     int repeats = 7;    // of a timed run
@@ -25,6 +29,7 @@ struct Options {
 void work_precision(const Options& options);
 void scaling(const Options& options);
 void suspension(const Options& options);
+void formulations(const Options& options);
 
 /// Resident memory of this process in bytes (Linux, /proc/self/status): now and at its largest.
 struct Memory {
