@@ -31,6 +31,13 @@ struct SaddleScaling {
     std::vector<double> unknown, multiplier;
 };
 
+inline double product(double a, double b) { return a * b; }
+inline std::complex<double> product(double a, const std::complex<double>& b) { return a * b; }
+/// Without the library's search for infinities.
+inline std::complex<double> product(const std::complex<double>& a, const std::complex<double>& b) {
+    return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+
 template <class Scalar> struct ScaledSaddle {
     std::vector<Scalar> a, u;
     std::vector<double> g, e; // e >= 0 where rows are soft
@@ -61,12 +68,12 @@ template <class Scalar> struct ScaledSaddle {
         for (int j = 0; j < k.n; ++j) {
             const auto zj = z[j];
             for (int p = k.a_start[j]; p < k.a_start[j + 1]; ++p)
-                w[k.a_row[p]] += a[p] * zj;
+                w[k.a_row[p]] += product(a[p], zj);
         }
         for (int r = 0; r < k.m; ++r) {
             const auto zr = z[k.n + r];
             for (int p = k.u_start[r]; p < k.u_start[r + 1]; ++p)
-                w[k.u_row[p]] += u[p] * zr;
+                w[k.u_row[p]] += product(u[p], zr);
             w[k.n + r] = gz[r] - e[r] * zr;
         }
     }

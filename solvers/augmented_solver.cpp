@@ -95,7 +95,7 @@ struct AugmentedSolver::Impl {
     void scale(std::span<const double> values);
     void assemble();
     FactorStatus factor_by_klu();
-    template <class Scalar, class Vector> void scaled_in(const double* rhs, Scalar factor, Vector& x) const;
+    void scaled_in(const double* rhs, RealVector& x) const;
     template <class Vector> void pass(const Vector& v, Vector& z, Vector& gz) const;
     bool solve_one(double* rhs);
     bool solve_two(double* first, double* second);
@@ -158,13 +158,12 @@ FactorStatus AugmentedSolver::Impl::factor_by_klu() {
     return status;
 }
 
-// x += factor D rhs, leading unknowns as placed
-template <class Scalar, class Vector>
-void AugmentedSolver::Impl::scaled_in(const double* rhs, Scalar factor, Vector& x) const {
+// x = D rhs, leading unknowns as placed
+void AugmentedSolver::Impl::scaled_in(const double* rhs, RealVector& x) const {
     for (int i = 0; i < parts.n; ++i)
-        x[parts.place[i]] += factor * (scaling.unknown[parts.place[i]] * rhs[i]);
+        x[parts.place[i]] = scaling.unknown[parts.place[i]] * rhs[i];
     for (int r = 0; r < parts.m; ++r)
-        x[parts.n + r] += factor * (scaling.multiplier[r] * rhs[parts.n + r]);
+        x[parts.n + r] = scaling.multiplier[r] * rhs[parts.n + r];
 }
 
 // The method of multipliers once: z from the residual v, gz = G z.
@@ -188,8 +187,7 @@ template <class Vector> void AugmentedSolver::Impl::pass(const Vector& v, Vector
 }
 
 bool AugmentedSolver::Impl::solve_one(double* rhs) {
-    one.setZero();
-    scaled_in(rhs, 1.0, one);
+    scaled_in(rhs, one);
     const auto result = single.solve(one, options.tolerance, [&](const auto& v, auto& z, auto& w) {
         pass(v, z, one_gz);
         k.times(parts, z, one_gz, w);
@@ -207,19 +205,17 @@ bool AugmentedSolver::Impl::solve_one(double* rhs) {
 
 // K is real: the real and imaginary part of one complex right-hand side are two real ones.
 bool AugmentedSolver::Impl::solve_two(double* first, double* second) {
-    one.setZero();
-    scaled_in(first, 1.0, one);
-    const double first_size = one.norm();
-    one.setZero();
-    scaled_in(second, 1.0, one);
-    const double second_size = one.norm();
+    for (int i = 0; i < parts.n; ++i)
+        two[parts.place[i]] = scaling.unknown[parts.place[i]] * Complex(first[i], second[i]);
+    for (int r = parts.n; r < parts.n + parts.m; ++r)
+        two[r] = scaling.multiplier[r - parts.n] * Complex(first[r], second[r]);
+    const double first_size = two.real().norm(), second_size = two.imag().norm();
     if (first_size == 0 || second_size == 0) {
         double* const other = first_size == 0 ? second : first;
         return std::max(first_size, second_size) == 0 || solve_one(other);
     }
-    two.setZero();
-    scaled_in(first, Complex(1 / first_size, 0), two);
-    scaled_in(second, Complex(0, 1 / second_size), two);
+    for (Complex& x : two)
+        x = {x.real() / first_size, x.imag() / second_size};
     const auto result = pair.solve(two, options.tolerance, [&](const auto& v, auto& z, auto& w) {
         pass(v, z, two_gz);
         k.times(parts, z, two_gz, w);
@@ -321,8 +317,7 @@ void AugmentedSolver::pass(std::span<double> rhs) {
         throw std::logic_error("a pass without a positive definite factor");
     if (std::ssize(rhs) != s.pattern.cols)
         throw std::invalid_argument("right-hand side of another size");
-    s.one.setZero();
-    s.scaled_in(rhs.data(), 1.0, s.one);
+    s.scaled_in(rhs.data(), s.one);
     RealVector& z = s.single.scratch();
     s.pass(s.one, z, s.one_gz);
     ++s.own.cholmod_solves;
@@ -364,7 +359,7 @@ struct AugmentedPairSolver::Impl {
     LinearSolverCounts own;
     mutable LinearSolverCounts counts;
 
-    Impl(const AugmentedSolver::Impl& r, AugmentedOptions o) : real(r), options(o) {}
+    explicit Impl(const AugmentedSolver::Impl& r) : real(r), options(r.options) {}
 
     FactorStatus factor_by_klu() {
         if (!klu_analysed)
@@ -406,8 +401,8 @@ struct AugmentedPairSolver::Impl {
     }
 };
 
-AugmentedPairSolver::AugmentedPairSolver(const AugmentedSolver& real, AugmentedOptions options)
-    : impl_(std::make_unique<Impl>(*real.impl_, options)) {}
+AugmentedPairSolver::AugmentedPairSolver(const AugmentedSolver& real)
+    : impl_(std::make_unique<Impl>(*real.impl_)) {}
 AugmentedPairSolver::~AugmentedPairSolver() = default;
 
 void AugmentedPairSolver::analyse(const CscPattern& pattern) {

@@ -79,7 +79,8 @@ class AugmentedSolver : public LinearSolver {
 /// have frequencies near |s|: stiff bushings. KLU takes over as in AugmentedSolver.
 class AugmentedPairSolver {
   public:
-    AugmentedPairSolver(const AugmentedSolver& real, AugmentedOptions options = {});
+    /// With the options of `real`, which must outlive it.
+    explicit AugmentedPairSolver(const AugmentedSolver& real);
     ~AugmentedPairSolver();
 
     void analyse(const CscPattern& pattern);
