@@ -52,11 +52,11 @@ void add_run_options(CLI::App& command, Typed& typed) {
                 name, [&typed, name](const std::string& text) { typed.options[name] = text; }, help)
             ->type_name(value);
     };
-    option("--integrator", "WORD", "auto (gear or radau, as the run asks), gear, radau, ida or rk4");
+    option("--integrator", "WORD", "auto (gear or radau, as the run asks), gear, radau, ida, rk4 or bayo");
     option("--formulation", "WORD", "gear and radau: saddle-point (KLU), augmented-lagrangian (CHOLMOD) or auto");
     option("--rtol", "X", "relative error of a step, 1e-6");
     option("--atol", "X", "absolute error of a step (m, m/s, rad/s), as --rtol");
-    option("--step", "S", "rk4: the step, 1e-3 s; elsewhere the largest step");
+    option("--step", "S", "rk4, bayo: the step, 1e-3 s; elsewhere the largest step");
     option("--max-order", "K", "highest order of gear and ida, 1 to 5");
     option("--end", "S", "length of the run; default: of the model, else 1 s");
     option("--every", "S", "output interval; default: of the model, else a hundredth of the run");

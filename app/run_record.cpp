@@ -259,7 +259,7 @@ std::string run_report(const LoadedModel& loaded, const Simulation& sim, const R
             fmt::format("  {} starts of contact in {} joints\n", impacts, sim.system().contact_joints.size());
     if (s.deep_starts > 0)
         text += fmt::format("  {} of them deeper than the threshold, where forces are too large: with "
-                            "rk4 take a smaller --step\n",
+                            "rk4 or bayo take a smaller --step\n",
                             s.deep_starts);
     text += fmt::format(
         "  constraints violated by at most {:.2g} m and {:.2g} m/s; energy balance within {:.2g} J\n",

@@ -1,6 +1,7 @@
 // The one list of integrators.
 
 #include "solvers/auto_integrator.hpp"
+#include "solvers/bayo.hpp"
 #include "solvers/gear.hpp"
 #include "solvers/ida.hpp"
 #include "solvers/radau.hpp"
@@ -22,7 +23,8 @@ const std::vector<std::pair<std::string, Maker>>& makers() {
                                                                  {"gear", make_gear},
                                                                  {"radau", make_radau},
                                                                  {"ida", make_ida},
-                                                                 {"rk4", make_rk4}};
+                                                                 {"rk4", make_rk4},
+                                                                 {"bayo", make_bayo}};
     return list;
 }
 } // namespace

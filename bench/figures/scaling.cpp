@@ -174,7 +174,7 @@ void scaling(const Options& options) {
          "nnz",       "nnz_factors", "nnz_factors_body", "setup_s",     "kB_body",     "kB_body_peak"});
     for (const char* mechanism : {"chain", "suspension-chain"}) {
         for (const std::string& name : options.scaling_integrators) {
-            if (name == "rk4")
+            if (name == "rk4" || name == "bayo")
                 continue;
             double first = std::nan("");
             for (const int bodies : options.bodies) {
