@@ -58,7 +58,7 @@ class AugmentedSolver : public LinearSolver {
     bool factored_by_cholmod() const;
 
     const LinearSolverCounts& counts() const override;
-    /// Of L, or of KLU where that is in use.
+    /// Of L (known after analyse()), or of KLU where that is in use.
     long factor_nonzeros() const override;
     const char* name() const override { return "cholmod"; }
 

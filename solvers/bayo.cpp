@@ -316,6 +316,7 @@ StepOutcome Bayo::project(double t_end) {
     rhs_.tail(m) = gamma_ - row_rate_;
     mass_.solve(unknowns());
     next_.acceleration += rhs_.head(n);
+    to.lambda += rhs_.tail(m); // now those of the projected accelerations
     return {};
 }
 

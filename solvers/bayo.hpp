@@ -24,6 +24,9 @@
 //
 // with multipliers until G u + dPhi/dt and G u' - gamma vanish (the limit of the paper's iteration).
 //
+// The multipliers of the last projection are added to lambda*, so that reactions belong to the projected motion
+// and have order 2 (lambda* alone: 1); the next step starts its iteration from them.
+//
 // alpha: one per row, the same number times the inertia that the row feels (1 / alpha of the scaled matrix, see
 // augmented_solver.hpp), so units and mass ratios do not matter; the converged result does not depend on it.
 // Rows that repeat each other need no care. Order 2 in positions and velocities. Friction states follow the

@@ -13,8 +13,10 @@
 
 namespace gudgeon {
 
-/// What `automatic` means for a system; other words stay. complex_pair: radau.
-Formulation formulation_for(const System& system, Formulation asked, bool complex_pair);
+/// What `automatic` means for a system; other words stay. Measured (solvers/README.md): on chains and trees KLU is
+/// ahead; where many closed loops fill the factors, CHOLMOD is, by up to six times. So the entries that L will have per
+/// unknown of the leading block decide.
+Formulation formulation_for(const System& system, Formulation asked);
 
 /// Not yet analysed; formulation is not automatic.
 std::unique_ptr<LinearSolver> make_saddle_solver(const System& system, Formulation formulation);

@@ -21,10 +21,9 @@ constexpr double slow_closing = 0.2; // share left over by a solve: more asks fo
 constexpr double shortest_for_contact = 1e3;
 } // namespace
 
-ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOptions& options,
-                                       bool complex_pair)
+ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOptions& options)
     : system_(system), options_(options), ws_(make_workspace(system, options.threads)), saddle_(system),
-      formulation_(formulation_for(system, options.formulation, complex_pair)),
+      formulation_(formulation_for(system, options.formulation)),
       linear_(make_saddle_solver(system, formulation_)), solver_(*linear_),
       consistent_(system), norm_(system, options.rtol, options.atol), watch_(system, options),
       motion_at_([this](double t, int body, BodyMotion& out) { motion_in_step(t, body, out); }),

@@ -12,7 +12,7 @@ namespace gudgeon {
 
 class ImplicitIntegrator : public Integrator {
   public:
-    ImplicitIntegrator(const System& system, const IntegratorOptions& options, bool complex_pair = false);
+    ImplicitIntegrator(const System& system, const IntegratorOptions& options);
 
     const char* linear_solver() const override { return solver_.name(); }
     const char* formulation() const override { return formulation_name(formulation_); }

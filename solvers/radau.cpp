@@ -22,7 +22,7 @@ constexpr double most_foreseen = 5;       // of a step, over which the last poly
 constexpr double good_contraction = 1e-3; // better: the derivatives are kept for the next step
 } // namespace
 
-Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitIntegrator(system, options, true) {
+Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitIntegrator(system, options) {
     const Eigen::Index n = system.velocities(), m = system.row_count();
     if (auto* real = dynamic_cast<AugmentedSolver*>(&solver_))
         pair_ = std::make_unique<AugmentedPairSolver>(*real);

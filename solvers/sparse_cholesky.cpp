@@ -137,8 +137,10 @@ void SparseCholesky::solve(std::complex<double>* x) const { impl_->solve(x); }
 
 long SparseCholesky::factor_nonzeros() const {
     const cholmod_factor* l = impl_->factor;
-    if (!l || l->xtype == CHOLMOD_PATTERN)
+    if (!l)
         return 0;
+    if (l->xtype == CHOLMOD_PATTERN)
+        return static_cast<long>(impl_->common.lnz);
     const int* size = static_cast<const int*>(l->nz);
     long count = 0;
     for (std::size_t k = 0; k < l->n; ++k)

@@ -34,7 +34,7 @@ class SparseCholesky {
     void solve(double* x) const;
     void solve(std::complex<double>* x) const;
 
-    /// Entries of L, diagonal included.
+    /// Entries of L, diagonal included; known after analyse().
     long factor_nonzeros() const;
 
   private:

@@ -175,7 +175,7 @@ TEST_F(Run, ReadyMechanismWithItsDefaults) {
 
 TEST_F(Run, EveryIntegratorGivesTheSameTrajectory) {
     std::vector<Csv> all;
-    for (const char* integrator : {"auto", "gear", "radau", "ida", "rk4"}) {
+    for (const char* integrator : {"auto", "gear", "radau", "ida", "rk4", "bayo"}) {
         const Outcome outcome =
             command({"run", "pendulum", "--integrator", integrator, "--rtol", "1e-8", "--end", "0.5",
                      "--every", "0.1", "--out", path(integrator), "--quiet"});
@@ -189,6 +189,23 @@ TEST_F(Run, EveryIntegratorGivesTheSameTrajectory) {
     for (std::size_t k = 0; k < 6; ++k) {
         EXPECT_NEAR(all[0].rows[k][z], all[2].rows[k][z], 1e-6);
         EXPECT_NEAR(all[1].rows[k][z], all[2].rows[k][z], 1e-5);
+    }
+}
+
+TEST_F(Run, FormulationsAreToldAndCounted) {
+    for (const char* word : {"saddle-point", "augmented-lagrangian", "auto"}) {
+        const Outcome outcome = command({"run", "chain", "--integrator", "radau", "--formulation", word, "--end", "0.2",
+                                         "--every", "0.1", "--out", path(word), "--quiet"});
+        ASSERT_EQ(outcome.code, 0) << outcome.err;
+        const json s = summary_in(folder_ / word);
+        const bool cholmod = word == std::string("augmented-lagrangian");
+        EXPECT_EQ(s["formulation"], cholmod ? "augmented-lagrangian" : "saddle-point");
+        EXPECT_EQ(s["linear_solver"], cholmod ? "cholmod" : "klu");
+        EXPECT_EQ(s["settings"]["used"]["formulation"], word);
+        EXPECT_EQ(s["cholmod_solves"] > 0, cholmod);
+        EXPECT_EQ(s["cholmod_factorisations"] > 0, cholmod);
+        EXPECT_EQ(s["cholmod_iterations"] > 0, cholmod);
+        EXPECT_EQ(s["klu_fallbacks"], 0);
     }
 }
 
