@@ -53,7 +53,8 @@ void add_run_options(CLI::App& command, Typed& typed) {
             ->type_name(value);
     };
     option("--integrator", "WORD", "auto (gear or radau, as the run asks), gear, radau, ida, rk4 or bayo");
-    option("--formulation", "WORD", "gear and radau: saddle-point (KLU), augmented-lagrangian (CHOLMOD) or auto");
+    option("--formulation", "WORD",
+           "gear and radau: saddle-point (KLU), augmented-lagrangian (CHOLMOD) or auto");
     option("--rtol", "X", "relative error of a step, 1e-6");
     option("--atol", "X", "absolute error of a step (m, m/s, rad/s), as --rtol");
     option("--step", "S", "rk4, bayo: the step, 1e-3 s; elsewhere the largest step");

@@ -25,10 +25,8 @@ SimulationOptions simulation_options(const RunArguments& arguments) {
     options.integrator = arguments.integrator;
     options.integration.rtol = arguments.rtol;
     options.integration.atol = arguments.atol.value_or(arguments.rtol);
-    options.integration.step =
-        arguments.step.value_or(options.integrator == "rk4" || options.integrator == "bayo"
-                                    ? 1e-3
-                                    : options.integration.step);
+    options.integration.step = arguments.step.value_or(
+        options.integrator == "rk4" || options.integrator == "bayo" ? 1e-3 : options.integration.step);
     options.integration.max_order = arguments.max_order;
     options.integration.threads = arguments.threads;
     options.integration.onset = arguments.onset;

@@ -14,12 +14,12 @@ namespace gudgeon {
 
 /// Where the parts of K stand in the values of its pattern. place[i]: the new number of leading unknown i.
 struct SaddleParts {
-    int n = 0, m = 0;                       // leading unknowns, rows of G
-    std::vector<int> place;                 // leading unknowns
-    std::vector<int> a_start, a_row, a_at;  // columns of A
-    std::vector<int> g_start, g_col, g_at;  // rows of G
-    std::vector<int> u_start, u_row, u_at;  // columns of U
-    std::vector<int> e_at;                  // per row: the diagonal entry -E, -1: none
+    int n = 0, m = 0;                      // leading unknowns, rows of G
+    std::vector<int> place;                // leading unknowns
+    std::vector<int> a_start, a_row, a_at; // columns of A
+    std::vector<int> g_start, g_col, g_at; // rows of G
+    std::vector<int> u_start, u_row, u_at; // columns of U
+    std::vector<int> e_at;                 // per row: the diagonal entry -E, -1: none
 
     SaddleParts() = default;
     SaddleParts(const CscPattern& k, int leading, std::vector<int> places);
@@ -63,7 +63,8 @@ template <class Scalar> struct ScaledSaddle {
     }
 
     /// w = K z; gz = G z of the leading unknowns is known already.
-    template <class Vector> void times(const SaddleParts& k, const Vector& z, const Vector& gz, Vector& w) const {
+    template <class Vector>
+    void times(const SaddleParts& k, const Vector& z, const Vector& gz, Vector& w) const {
         w.head(k.n).setZero();
         for (int j = 0; j < k.n; ++j) {
             const auto zj = z[j];

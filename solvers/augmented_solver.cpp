@@ -387,8 +387,8 @@ struct AugmentedPairSolver::Impl {
             x[parts.place[i]] = real.scaling.unknown[parts.place[i]] * rhs[i];
         for (int r = 0; r < parts.m; ++r)
             x[parts.n + r] = real.scaling.multiplier[r] * rhs[parts.n + r];
-        const auto result = gmres.solve(x, options.tolerance,
-                                        [&](const auto& b, auto& z, auto& w) { pass(b, z, w); });
+        const auto result =
+            gmres.solve(x, options.tolerance, [&](const auto& b, auto& z, auto& w) { pass(b, z, w); });
         ++own.cholmod_solves;
         own.cholmod_iterations += result.iterations;
         if (!result.converged && factor_by_klu().ok())

@@ -10,17 +10,17 @@
 //   du = H^-1 (f + G^T W g),   dlambda = W (G du - g),
 //
 // which is the exact solution of [sym A, G^T; G, -E - 1/alpha]. Passes on the residual of K converge by
-// 1 / (1 + alpha s), s the eigenvalues of G A^-1 G^T, where A is symmetric and U = G^T; here they are accelerated as
-// flexible GMRES on the true residual of K (gmres.hpp), which also brings back the skew part of A
-// (gyroscopic terms, friction, contact damping) and U - G^T (friction that reactions press on).
+// 1 / (1 + alpha s), s the eigenvalues of G A^-1 G^T, where A is symmetric and U = G^T; here they are
+// accelerated as flexible GMRES on the true residual of K (gmres.hpp), which also brings back the skew part
+// of A (gyroscopic terms, friction, contact damping) and U - G^T (friction that reactions press on).
 //
 // K is scaled by powers of two first, so that sym A has a diagonal near one and G rows of length near one:
 // alpha is relative to that, and a constraint between light bodies weighs as much as one between heavy ones.
 // Rows that repeat each other are harmless where the right-hand side is consistent: the passes never leave
 // the range of G, so the multipliers are those of least norm (in the scaled unit).
 //
-// KLU takes over for a factorisation where H is not positive definite or where the residual does not fall fast
-// enough, and for the next ones too if that repeats (1, 2, 4, ... 64 of them, then H is tried again).
+// KLU takes over for a factorisation where H is not positive definite or where the residual does not fall
+// fast enough, and for the next ones too if that repeats (1, 2, 4, ... 64 of them, then H is tried again).
 #pragma once
 
 #include "solvers/linear_solver.hpp"

@@ -41,9 +41,7 @@ class Bayo final : public Integrator {
 
     const char* name() const override { return "bayo"; }
     const char* linear_solver() const override { return "cholmod"; }
-    const char* formulation() const override {
-        return formulation_name(Formulation::augmented_lagrangian);
-    }
+    const char* formulation() const override { return formulation_name(Formulation::augmented_lagrangian); }
     const State& state() const override { return now_.state; }
     Workspace& workspace() override { return ws_; }
     const Statistics& statistics() const override;
@@ -90,8 +88,8 @@ Bayo::Bayo(const System& system, const IntegratorOptions& options)
     : system_(system), step_(options.step == 0 ? default_step : options.step), max_steps_(options.max_steps),
       ws_(make_workspace(system, options.threads)), saddle_(system),
       tangent_(system.velocities(), {.penalty = penalty}),
-      mass_(system.velocities(), {.penalty = penalty, .tolerance = projection}),
-      watch_(system, options), motion_at_([this](double t, int body, BodyMotion& out) {
+      mass_(system.velocities(), {.penalty = penalty, .tolerance = projection}), watch_(system, options),
+      motion_at_([this](double t, int body, BodyMotion& out) {
           interpolate(t, inside_);
           out.r = inside_.q.segment<3>(7 * body);
           out.p = inside_.q.segment<4>(7 * body + 3);
@@ -273,8 +271,8 @@ StepOutcome Bayo::iterate(double h, double t_end) {
         last = change;
     }
     return {false, StepReason::newton,
-            fmt::format("t = {} s: the iteration of a step of {} s did not converge; a smaller step may", t_end,
-                        h)};
+            fmt::format("t = {} s: the iteration of a step of {} s did not converge; a smaller step may",
+                        t_end, h)};
 }
 
 FactorStatus Bayo::factor_mass() {
@@ -320,7 +318,8 @@ StepOutcome Bayo::project(double t_end) {
     return {};
 }
 
-// Consistent accelerations and multipliers from the acceleration equations: at a start, and where forces jump.
+// Consistent accelerations and multipliers from the acceleration equations: at a start, and where forces
+// jump.
 StepOutcome Bayo::accelerations(Point& point) {
     const Eigen::Index n = system_.velocities(), m = system_.row_count();
     State& s = point.state;
@@ -369,14 +368,15 @@ void Bayo::finish_point(Point& point) {
 
 StepOutcome Bayo::failure(double t, const FactorStatus& status) const {
     if (status.kind == FactorStatus::Kind::non_finite)
-        return {false, StepReason::non_finite,
-                fmt::format("t = {} s: the matrix of the step has entries that are no numbers; a smaller step "
-                            "than {} s may be stable",
-                            t, step_)};
+        return {
+            false, StepReason::non_finite,
+            fmt::format("t = {} s: the matrix of the step has entries that are no numbers; a smaller step "
+                        "than {} s may be stable",
+                        t, step_)};
     const int n = system_.velocities();
     return {false, StepReason::singular,
             fmt::format("t = {} s: the matrix of the step has no pivot; first at {}", t,
-                        status.column < 0    ? "an unknown place"
+                        status.column < 0   ? "an unknown place"
                         : status.column < n ? "body " + system_.body_names[status.column / 6]
                                             : row_name(system_, status.column - n))};
 }
@@ -394,7 +394,8 @@ void Bayo::interpolate(double t, State& out) const {
     for (int i = 0; i < system_.moving; ++i) {
         const int j = 7 * i, k = 6 * i;
         const Vec4 p0 = a.q.segment<4>(j + 3), p1 = b.q.segment<4>(j + 3);
-        const Vec4 v0 = 0.5 * lt_times(p0, a.u.segment<3>(k + 3)), v1 = 0.5 * lt_times(p1, b.u.segment<3>(k + 3));
+        const Vec4 v0 = 0.5 * lt_times(p0, a.u.segment<3>(k + 3)),
+                   v1 = 0.5 * lt_times(p1, b.u.segment<3>(k + 3));
         out.q.segment<3>(j) = a.q.segment<3>(j) + c * (b.q.segment<3>(j) - a.q.segment<3>(j)) +
                               c0 * a.u.segment<3>(k) + c1 * b.u.segment<3>(k);
         out.q.segment<4>(j + 3) = (p0 + c * (p1 - p0) + c0 * v0 + c1 * v1).normalized();

@@ -11,7 +11,7 @@ namespace gudgeon {
 namespace {
 // The sweeps refine as well: with less, they grow in number; with more, passes do (solvers/README.md).
 constexpr double sweep_tolerance = 1e-5;
-constexpr double worthwhile_fill = 20; // entries of L per unknown of the leading block
+constexpr double worthwhile_fill = 16; // entries of L per unknown of the leading block
 } // namespace
 
 Formulation formulation_for(const System& system, Formulation asked) {

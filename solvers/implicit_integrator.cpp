@@ -24,8 +24,8 @@ constexpr double shortest_for_contact = 1e3;
 ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOptions& options)
     : system_(system), options_(options), ws_(make_workspace(system, options.threads)), saddle_(system),
       formulation_(formulation_for(system, options.formulation)),
-      linear_(make_saddle_solver(system, formulation_)), solver_(*linear_),
-      consistent_(system), norm_(system, options.rtol, options.atol), watch_(system, options),
+      linear_(make_saddle_solver(system, formulation_)), solver_(*linear_), consistent_(system),
+      norm_(system, options.rtol, options.atol), watch_(system, options),
       motion_at_([this](double t, int body, BodyMotion& out) { motion_in_step(t, body, out); }),
       carried_on_([this](double t, int body, BodyMotion& out) { motion_carried_on(t, body, out); }) {
     solver_.analyse(saddle_.pattern());

@@ -19,23 +19,20 @@ namespace gudgeon {
 namespace {
 using Maker = std::unique_ptr<Integrator> (*)(const System&, const IntegratorOptions&);
 const std::vector<std::pair<std::string, Maker>>& makers() {
-    static const std::vector<std::pair<std::string, Maker>> list{{"auto", make_auto},
-                                                                 {"gear", make_gear},
-                                                                 {"radau", make_radau},
-                                                                 {"ida", make_ida},
-                                                                 {"rk4", make_rk4},
-                                                                 {"bayo", make_bayo}};
+    static const std::vector<std::pair<std::string, Maker>> list{{"auto", make_auto},   {"gear", make_gear},
+                                                                 {"radau", make_radau}, {"ida", make_ida},
+                                                                 {"rk4", make_rk4},     {"bayo", make_bayo}};
     return list;
 }
 } // namespace
 
 Statistics& Statistics::operator+=(const Statistics& o) {
-    for (auto count : {&Statistics::steps, &Statistics::rejected_error, &Statistics::rejected_newton,
-                       &Statistics::rejected_contact, &Statistics::deep_starts, &Statistics::newton_sweeps,
-                       &Statistics::constraint_polish, &Statistics::evaluations, &Statistics::factorisations,
-                       &Statistics::refactorisations, &Statistics::cholmod_factorisations,
-                       &Statistics::cholmod_solves, &Statistics::cholmod_iterations,
-                       &Statistics::klu_fallbacks})
+    for (auto count :
+         {&Statistics::steps, &Statistics::rejected_error, &Statistics::rejected_newton,
+          &Statistics::rejected_contact, &Statistics::deep_starts, &Statistics::newton_sweeps,
+          &Statistics::constraint_polish, &Statistics::evaluations, &Statistics::factorisations,
+          &Statistics::refactorisations, &Statistics::cholmod_factorisations, &Statistics::cholmod_solves,
+          &Statistics::cholmod_iterations, &Statistics::klu_fallbacks})
         this->*count += o.*count;
     nnz_matrix = std::max(nnz_matrix, o.nnz_matrix);
     nnz_factors = std::max(nnz_factors, o.nnz_factors);
@@ -95,8 +92,8 @@ Formulation formulation_named(const std::string& word) {
          {Formulation::saddle_point, Formulation::augmented_lagrangian, Formulation::automatic})
         if (word == formulation_name(f))
             return f;
-    throw std::invalid_argument(fmt::format(
-        "unknown formulation '{}'; allowed: saddle-point, augmented-lagrangian, auto", word));
+    throw std::invalid_argument(
+        fmt::format("unknown formulation '{}'; allowed: saddle-point, augmented-lagrangian, auto", word));
 }
 
 const std::vector<std::string>& integrator_names() {

@@ -59,7 +59,7 @@ class Radau final : public ImplicitIntegrator {
     const VecX& end_q() const override { return q_end_; }
     const VecX& end_u() const override { return u_end_; }
 
-    ComplexKluSolver complex_;                  // of the complex matrix, or, with the augmented Lagrangian ...
+    ComplexKluSolver complex_; // of the complex matrix, or, with the augmented Lagrangian ...
     std::unique_ptr<AugmentedPairSolver> pair_; // ... this
     std::vector<std::complex<double>> complex_values_;
     State previous_; // beginning of the last accepted step

@@ -16,7 +16,8 @@ namespace gudgeon::figures {
 
 namespace {
 
-const char* const title = "The same runs with the saddle point on KLU and the augmented Lagrangian on CHOLMOD.";
+const char* const title =
+    "The same runs with the saddle point on KLU and the augmented Lagrangian on CHOLMOD.";
 constexpr int most_referenced = 1000; // bodies; longer runs are not repeated at a tight tolerance
 constexpr double tight = 1e-3;        // of the tolerance, for the reference
 
@@ -85,7 +86,8 @@ std::vector<std::string> cells(const std::string& mechanism, const std::string& 
             cell(error)};
 }
 
-/// All formulations of one mechanism, size and integrator, in turn so that a change of the machine's speed meets all.
+/// All formulations of one mechanism, size and integrator, in turn so that a change of the machine's speed
+/// meets all.
 void compare(const std::string& mechanism, int bodies, const std::string& integrator, const Options& o,
              Table& table) {
     fmt::print(stderr, "formulations: {} {} {}\n", mechanism, integrator, bodies);
@@ -105,17 +107,17 @@ void compare(const std::string& mechanism, int bodies, const std::string& integr
         run(mechanism, bodies, settings, o.formulation_end, reference.emplace());
     }
     for (std::size_t i = 0; i < runs.size(); ++i)
-        table.add(cells(mechanism, integrator, o.formulations[i], runs[i], runs[i].cpu() / runs[0].cpu(),
-                        reference ? distance(runs[i].q, reference->q)
-                                  : std::numeric_limits<double>::quiet_NaN()));
+        table.add(
+            cells(mechanism, integrator, o.formulations[i], runs[i], runs[i].cpu() / runs[0].cpu(),
+                  reference ? distance(runs[i].q, reference->q) : std::numeric_limits<double>::quiet_NaN()));
 }
 
 } // namespace
 
 void formulations(const Options& options) {
-    Table table({"mechanism", "integrator", "formulation", "bodies", "rows", "status", "steps", "cpu", "over_first",
-                 "us_total", "us_factor", "us_solve", "sweeps_step", "nnz_factors_body", "passes_solve",
-                 "klu_fallbacks", "error"});
+    Table table({"mechanism", "integrator", "formulation", "bodies", "rows", "status", "steps", "cpu",
+                 "over_first", "us_total", "us_factor", "us_solve", "sweeps_step", "nnz_factors_body",
+                 "passes_solve", "klu_fallbacks", "error"});
     for (const std::string& mechanism : options.formulation_mechanisms)
         for (const std::string& integrator : options.formulation_integrators)
             for (const int bodies : options.bodies) {

@@ -194,8 +194,8 @@ TEST_F(Run, EveryIntegratorGivesTheSameTrajectory) {
 
 TEST_F(Run, FormulationsAreToldAndCounted) {
     for (const char* word : {"saddle-point", "augmented-lagrangian", "auto"}) {
-        const Outcome outcome = command({"run", "chain", "--integrator", "radau", "--formulation", word, "--end", "0.2",
-                                         "--every", "0.1", "--out", path(word), "--quiet"});
+        const Outcome outcome = command({"run", "chain", "--integrator", "radau", "--formulation", word,
+                                         "--end", "0.2", "--every", "0.1", "--out", path(word), "--quiet"});
         ASSERT_EQ(outcome.code, 0) << outcome.err;
         const json s = summary_in(folder_ / word);
         const bool cholmod = word == std::string("augmented-lagrangian");

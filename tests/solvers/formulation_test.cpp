@@ -65,14 +65,15 @@ TEST_P(BothFormulations, MoveAlike) {
 
 INSTANTIATE_TEST_SUITE_P(
     Of, BothFormulations,
-    testing::Values(Case{"Chain", "chain", {{"links", "30"}}, 0.5, 1e-6},
-                    Case{"UniversalChain", "chain", {{"links", "10"}, {"joint", "universal"}}, 0.5, 1e-6},
-                    Case{"SliderCrank", "slider-crank", {}, 1, 1e-5}, Case{"Top", "heavy-top", {}, 1, 1e-5},
-                    Case{"Corner", "hmmwv-corner", {}, 1, 1e-5},
-                    Case{"Suspension", "suspension-chain", {{"units", "3"}}, 1, 1e-5},
-                    Case{"PerfectSuspension", "suspension-chain", {{"units", "3"}, {"joints", "perfect"}}, 1, 1e-5},
-                    Case{"WornJoint", "slider-crank", {{"joint", "spherical"}}, 0.1, 1e-5},
-                    Case{"Stops", "triple-pendulum", {{"stops", "1"}}, 1, 1e-4}),
+    testing::Values(
+        Case{"Chain", "chain", {{"links", "30"}}, 0.5, 1e-6},
+        Case{"UniversalChain", "chain", {{"links", "10"}, {"joint", "universal"}}, 0.5, 1e-6},
+        Case{"SliderCrank", "slider-crank", {}, 1, 1e-5}, Case{"Top", "heavy-top", {}, 1, 1e-5},
+        Case{"Corner", "hmmwv-corner", {}, 1, 1e-5},
+        Case{"Suspension", "suspension-chain", {{"units", "3"}}, 1, 1e-5},
+        Case{"PerfectSuspension", "suspension-chain", {{"units", "3"}, {"joints", "perfect"}}, 1, 1e-5},
+        Case{"WornJoint", "slider-crank", {{"joint", "spherical"}}, 0.1, 1e-5},
+        Case{"Stops", "triple-pendulum", {{"stops", "1"}}, 1, 1e-4}),
     [](const auto& info) { return info.param.name; });
 
 TEST(Formulations, AgainstTheReference) {
@@ -123,7 +124,8 @@ Model net(int n) {
     model.name = "net";
     const auto place = [](int i, int k) { return Vec3(i, k, 0.02 * ((7 * i + 3 * k) % 5)); };
     const auto name = [](int i, int k) { return "node" + std::to_string(i) + "-" + std::to_string(k); };
-    const auto join = [&](JointKind kind, const std::string& a, const std::string& b, const Vec3& pa, const Vec3& pb) {
+    const auto join = [&](JointKind kind, const std::string& a, const std::string& b, const Vec3& pa,
+                          const Vec3& pb) {
         Joint joint;
         joint.name = a + "_" + b;
         joint.kind = kind;
