@@ -45,12 +45,27 @@ void add_model(CLI::App& command, Typed& typed, const char* name, const char* he
         ->allow_extra_args(false);
 }
 
+void add_text(CLI::App& command, Typed& typed, const char* name, const char* value, const char* help) {
+    command
+        .add_option_function<std::string>(
+            name, [&typed, name](const std::string& text) { typed.options[name] = text; }, help)
+        ->type_name(value);
+}
+
+void add_rest_options(CLI::App& command, Typed& typed) {
+    add_text(command, typed, "--out", "DIR", "folder of the results, ./NAME by default");
+    command.add_flag("--quiet", typed.quiet, "print errors only");
+}
+
+void add_modes_options(CLI::App& command, Typed& typed) {
+    add_text(command, typed, "--count", "N", "modes beside the neutral ones, lowest first, 10");
+    add_text(command, typed, "--start", "WORD",
+             "where to linearise: as-given, or equilibrium (found first, as statics does)");
+}
+
 void add_run_options(CLI::App& command, Typed& typed) {
     const auto option = [&](const char* name, const char* value, const char* help) {
-        command
-            .add_option_function<std::string>(
-                name, [&typed, name](const std::string& text) { typed.options[name] = text; }, help)
-            ->type_name(value);
+        add_text(command, typed, name, value, help);
     };
     option("--integrator", "WORD", "auto (gear or radau, as the run asks), gear, radau, ida, rk4 or bayo");
     option("--formulation", "WORD",
@@ -68,7 +83,9 @@ void add_run_options(CLI::App& command, Typed& typed) {
         ->delimiter(',')
         ->allow_extra_args(false);
     option("--threads", "N", "threads, 1; the results do not depend on them");
-    option("--start", "WORD", "as-given: the pose of the model, assembled where it violates the constraints");
+    option("--start", "WORD",
+           "as-given: the pose of the model, assembled where it violates the constraints; equilibrium: at rest "
+           "where forces balance");
     option("--out", "DIR", "folder of the results, ./NAME by default; earlier results in it are replaced");
     option("--onset", "WORD",
            "a contact that is new in a step: threshold (it must start shallow), root (the step ends where it "
@@ -135,12 +152,31 @@ std::string formulation(const Typed& typed, const std::string& integrator) {
     return word;
 }
 
+std::optional<std::string> folder(const Typed& typed) {
+    const auto out = typed.options.find("--out");
+    if (out == typed.options.end())
+        return std::nullopt;
+    if (out->second.empty())
+        throw UsageError("--out", "an empty name", "a folder");
+    return out->second;
+}
+
+RestArguments rest_arguments(const Typed& typed, ModelArguments model) {
+    RestArguments rest;
+    rest.model = std::move(model);
+    rest.start = choice(typed, "--start", {"as-given", "equilibrium"}, {});
+    rest.count = whole(typed, "--count", 10000, rest.count);
+    rest.out = folder(typed);
+    rest.quiet = typed.quiet;
+    return rest;
+}
+
 RunArguments run_arguments(const Typed& typed, ModelArguments model) {
     RunArguments run;
     run.model = std::move(model);
     run.integrator = choice(typed, "--integrator", integrator_names(), {});
     run.formulation = formulation(typed, run.integrator);
-    run.start = choice(typed, "--start", {"as-given"}, {"equilibrium"});
+    run.start = choice(typed, "--start", {"as-given", "equilibrium"}, {});
     run.rtol = positive(typed, "--rtol", 1e-14, 1).value_or(run.rtol);
     run.atol = positive(typed, "--atol");
     run.step = positive(typed, "--step");
@@ -155,11 +191,7 @@ RunArguments run_arguments(const Typed& typed, ModelArguments model) {
     run.steps = typed.steps;
     run.contacts = typed.contacts;
     run.onset = onset_named(choice(typed, "--onset", {"threshold", "root", "ignored"}, {}));
-    if (const auto out = typed.options.find("--out"); out != typed.options.end()) {
-        if (out->second.empty())
-            throw UsageError("--out", "an empty name", "a folder");
-        run.out = out->second;
-    }
+    run.out = folder(typed);
     run.quiet = typed.quiet;
     run.given = typed.options;
     return run;
@@ -167,7 +199,7 @@ RunArguments run_arguments(const Typed& typed, ModelArguments model) {
 
 /// Named here, since CLI11 only says that a command is missing.
 void check_command(const std::vector<std::string>& args) {
-    const std::vector<std::string> commands{"run", "check", "list", "export"};
+    const std::vector<std::string> commands{"run", "check", "statics", "modes", "list", "export"};
     const std::string allowed = listed(commands) + ", --version, --help";
     if (args.empty())
         throw UsageError("command line", "no command", allowed);
@@ -192,6 +224,13 @@ Arguments parse_arguments(const std::vector<std::string>& args) {
     CLI::App* check =
         app.add_subcommand("check", "validate, compile and assemble a model, without running it");
     add_model(*check, typed, "MODEL", model);
+    CLI::App* statics = app.add_subcommand("statics", "the equilibrium of a model: pose, reactions, forces");
+    add_model(*statics, typed, "MODEL", model);
+    add_rest_options(*statics, typed);
+    CLI::App* modes = app.add_subcommand("modes", "eigenfrequencies, damping ratios and mode shapes of a model");
+    add_model(*modes, typed, "MODEL", model);
+    add_modes_options(*modes, typed);
+    add_rest_options(*modes, typed);
     CLI::App* list = app.add_subcommand("list", "the ready mechanisms with their parameters");
     CLI::App* written = app.add_subcommand("export", "a ready mechanism as a JSON model");
     add_model(*written, typed, "NAME", "a ready mechanism's name");
@@ -212,12 +251,16 @@ Arguments parse_arguments(const std::vector<std::string>& args) {
     }
     typed.model.parameters = split_parameters(typed.parameters);
     using Command = Arguments::Command;
-    out.command = *run     ? Command::run
-                  : *check ? Command::check
-                  : *list  ? Command::list
-                           : Command::export_model;
+    out.command = *run       ? Command::run
+                  : *check   ? Command::check
+                  : *statics ? Command::statics
+                  : *modes   ? Command::modes
+                  : *list    ? Command::list
+                             : Command::export_model;
     if (out.command == Command::run)
         out.run = run_arguments(typed, typed.model);
+    if (out.command == Command::statics || out.command == Command::modes)
+        out.rest = rest_arguments(typed, typed.model);
     out.model = std::move(typed.model);
     return out;
 }

@@ -33,9 +33,18 @@ struct RunArguments {
     std::map<std::string, std::string> given; // options as typed, for the record
 };
 
+struct RestArguments {
+    ModelArguments model;
+    std::string start = "as-given"; // of modes
+    int count = 10;                 // of modes
+    std::optional<std::string> out;
+    bool quiet = false;
+};
+
 struct Arguments {
-    enum class Command { run, check, list, export_model, text } command = Command::text;
+    enum class Command { run, check, statics, modes, list, export_model, text } command = Command::text;
     RunArguments run;     // of run
+    RestArguments rest;   // of statics and modes
     ModelArguments model; // of check and export
     std::string text;     // help or version, to be printed
 };

@@ -2,6 +2,7 @@
 
 #include "app/check.hpp"
 #include "app/exit_codes.hpp"
+#include "app/rest.hpp"
 #include "app/run.hpp"
 #include "core/reader.hpp"
 #include "solvers/simulation.hpp"
@@ -12,12 +13,22 @@ namespace gudgeon {
 
 namespace {
 
+std::string source_of(const Arguments& arguments) {
+    using Command = Arguments::Command;
+    const bool rests = arguments.command == Command::statics || arguments.command == Command::modes;
+    return rests ? arguments.rest.model.model : arguments.run.model.model;
+}
+
 int dispatch(const Arguments& arguments, const Console& console) {
     switch (arguments.command) {
     case Arguments::Command::run:
         return run(arguments.run, console);
     case Arguments::Command::check:
         return check(arguments.model, console);
+    case Arguments::Command::statics:
+        return statics(arguments.rest, console);
+    case Arguments::Command::modes:
+        return modes(arguments.rest, console);
     case Arguments::Command::list:
         return list(console);
     case Arguments::Command::export_model:
@@ -48,7 +59,9 @@ int command_line(const std::vector<std::string>& args, const Console& console) {
     } catch (const ModelError& error) {
         return fail(Exit::refused, error.what());
     } catch (const AssemblyError& error) {
-        return fail(Exit::assembly, arguments.run.model.model + ": " + error.what());
+        return fail(Exit::assembly, source_of(arguments) + ": " + error.what());
+    } catch (const EquilibriumError& error) {
+        return fail(Exit::stopped, source_of(arguments) + ": " + error.what());
     } catch (const FileError& error) {
         return fail(Exit::files, error.what());
     } catch (const std::bad_alloc&) {

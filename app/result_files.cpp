@@ -1,30 +1,17 @@
 #include "app/result_files.hpp"
 
+#include "app/text_files.hpp"
 #include "core/reader.hpp"
 
 #include <fmt/format.h>
 
 #include <array>
-#include <cerrno>
-#include <cstring>
 
 namespace gudgeon {
 
 namespace fs = std::filesystem;
 
 namespace {
-
-void make_folder(const fs::path& folder) {
-    std::error_code error;
-    if (fs::is_directory(folder, error))
-        return;
-    if (fs::exists(folder, error))
-        throw FileError(
-            fmt::format("{}: is no folder; allowed: --out with a folder for the results", folder.string()));
-    fs::create_directories(folder, error);
-    if (error)
-        throw FileError(fmt::format("{}: cannot be made: {}", folder.string(), error.message()));
-}
 
 void remove_earlier(const fs::path& file) {
     std::error_code error;
@@ -86,11 +73,8 @@ void ResultFiles::flush() {
 }
 
 void ResultFiles::write_summary(const nlohmann::ordered_json& summary) {
-    const fs::path file = folder_ / "summary.json";
-    std::ofstream stream(file, std::ios::binary);
-    stream << summary.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) << '\n';
-    if (!stream.flush())
-        throw FileError(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
+    write_text(folder_ / "summary.json",
+               summary.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n');
 }
 
 } // namespace gudgeon

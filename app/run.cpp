@@ -31,6 +31,7 @@ SimulationOptions simulation_options(const RunArguments& arguments) {
     options.integration.threads = arguments.threads;
     options.integration.onset = arguments.onset;
     options.integration.formulation = formulation_named(arguments.formulation);
+    options.start = arguments.start == "equilibrium" ? Start::equilibrium : Start::as_given;
     return options;
 }
 
@@ -189,7 +190,9 @@ int run(const RunArguments& arguments, const Console& console) {
     record.setup_phases = sim.statistics().seconds;
     record.setup_seconds = cpu_seconds() - begin;
     if (!arguments.quiet)
-        console.out << assembly_report(sim.system(), sim.assembly()) << notice_report(sim.notices())
+        console.out << assembly_report(sim.system(), sim.assembly())
+                    << (sim.statics() ? equilibrium_report(sim.system(), *sim.statics()) : "")
+                    << notice_report(sim.notices())
                     << std::flush;
 
     try {

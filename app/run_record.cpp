@@ -185,6 +185,8 @@ ordered_json summary(const RunArguments& arguments, const SimulationOptions& use
                      {"rank_changes", rank_changes_json(sim)},
                      {"assembly", assembly_json(system, sim.assembly())},
                      {"notices", sim.notices()}};
+    if (sim.statics())
+        out["equilibrium"] = statics_json(system, *sim.statics());
     add_counts(out, statistics);
     out["energy_balance_max"] = record.balance_max;
     out["cpu_seconds"] = record.cpu_seconds;
@@ -219,6 +221,51 @@ std::string assembly_report(const System& system, const AssemblyReport& report) 
     }
     if (changes.size() > most)
         text += fmt::format("  and {} bodies more\n", changes.size() - most);
+    return text;
+}
+
+ordered_json statics_json(const System& system, const StaticsReport& report) {
+    ordered_json moved = ordered_json::object(), neutral = ordered_json::array();
+    for (const AssemblyReport::Change& c : report.moved)
+        moved[system.body_names[c.body]] = {{"shift", c.shift}, {"turn", c.turn}};
+    for (const NeutralDirection& n : report.neutral) {
+        ordered_json bodies = ordered_json::object();
+        for (int i = 0; i < system.moving; ++i)
+            if (const Vec6 x = n.direction.segment<6>(6 * i); !x.isZero(1e-12))
+                bodies[system.body_names[i]] = std::vector<double>(x.begin(), x.end());
+        neutral.push_back({{"motion", n.words}, {"direction", bodies}});
+    }
+    return {{"residual", report.residual},
+            {"force_scale", report.force_scale},
+            {"relative_residual", report.relative_residual()},
+            {"constraint_position_max", report.constraint},
+            {"energy_before", report.energy_before},
+            {"energy_after", report.energy_after},
+            {"steps", report.steps},
+            {"relaxation_steps", report.relaxation_steps},
+            {"factorisations", report.factorisations},
+            {"unstable", report.unstable},
+            {"neutral", neutral},
+            {"moved", moved}};
+}
+
+std::string equilibrium_report(const System& system, const StaticsReport& report) {
+    std::vector<AssemblyReport::Change> moved = report.moved;
+    std::ranges::stable_sort(moved, std::ranges::greater{},
+                             [](const AssemblyReport::Change& c) { return std::max(c.shift, c.turn); });
+    std::string text = fmt::format("Equilibrium: {:.2g} of {:.4g} N (N m) left over after {} steps{}; energy {:.6g} J, "
+                                   "{:.3g} J below the start.\n",
+                                   report.residual, report.force_scale, report.steps,
+                                   report.relaxation_steps
+                                       ? fmt::format(" and {} of relaxation", report.relaxation_steps)
+                                       : "",
+                                   report.energy_after, report.energy_before - report.energy_after);
+    constexpr std::size_t most = 8;
+    for (std::size_t i = 0; i < std::min(moved.size(), most); ++i)
+        text += fmt::format("  {}: moved {:.3g} m, turned {:.3g} rad\n", system.body_names[moved[i].body],
+                            moved[i].shift, moved[i].turn);
+    if (moved.size() > most)
+        text += fmt::format("  and {} bodies more\n", moved.size() - most);
     return text;
 }
 

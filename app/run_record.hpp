@@ -26,8 +26,12 @@ nlohmann::ordered_json summary(const RunArguments& arguments, const SimulationOp
                                const LoadedModel& loaded, const Simulation& sim, const OutputGrid& grid,
                                const RunRecord& record);
 
+/// The report of a search for equilibrium, as summary.json and statics.json have it.
+nlohmann::ordered_json statics_json(const System& system, const StaticsReport& report);
+
 /// Lines for the terminal.
 std::string assembly_report(const System& system, const AssemblyReport& report);
+std::string equilibrium_report(const System& system, const StaticsReport& report);
 std::string notice_report(const std::vector<std::string>& notices);
 std::string run_report(const LoadedModel& loaded, const Simulation& sim, const RunRecord& record,
                        const std::filesystem::path& folder);

@@ -101,7 +101,8 @@ Evaluation evaluation(const System& system, Workspace& ws, double t) {
             ws.lambda.data(),
             ws.scratch.data(),
             system.mass.data(),
-            system.inverse_inertia.data()};
+            system.inverse_inertia.data(),
+            ws.frozen};
 }
 
 void evaluate_forces(const System& system, double t, Workspace& ws) {

@@ -34,6 +34,7 @@ struct Evaluation {
     double* scratch = nullptr;      // for the batches' own use, each its part
     const double* mass = nullptr;   // kg, moving bodies
     const Mat3* inverse_inertia = nullptr;
+    bool frozen = false; // what moves by itself is at rest
 
     double angle_reference(int i) const { return angle[i] + (t - t_accepted) * angle_rate[i]; }
 };

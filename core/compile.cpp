@@ -114,6 +114,23 @@ int angle_number(const System& s, int joint, std::string_view coordinate) {
     return -1;
 }
 
+// The geometry is that of the pose as given; the motion begins where the bodies start.
+void move_to_start(System& s) {
+    int i = 0;
+    for (const Body& body : s.model.bodies) {
+        if (body.fixed)
+            continue;
+        BodyMotion& m = s.start[i++];
+        m.r = body.start_position.value_or(m.r);
+        if (!body.start_orientation)
+            continue;
+        m.p = body.start_orientation->normalized();
+        if (m.p[0] < 0)
+            m.p = -m.p;
+        m.A = rotation(m.p);
+    }
+}
+
 // Numbers of contact channels, friction states and scratch of the force batches.
 void add_contacts(System& s) {
     for (std::size_t i = 0; i < s.forces.size(); ++i) {
@@ -189,6 +206,7 @@ System compile(Model model, const std::vector<ForceBatchBuilder>& builders) {
         batch->finish(layout);
     s.layout = std::move(layout).finish();
     add_contacts(s);
+    move_to_start(s);
     return s;
 }
 

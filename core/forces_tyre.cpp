@@ -19,7 +19,7 @@ Contact contact(const Evaluation& e, const TyreElement& x) {
     if (x.road) {
         const TimeValue road = evaluate(*x.road, e.t);
         k.y -= road.value;
-        k.road_rate += road.rate;
+        k.road_rate += e.frozen ? 0 : road.rate;
     }
     if (x.profile) {
         const CurveValue profile = (*x.profile)(position.x());

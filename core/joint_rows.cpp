@@ -156,7 +156,10 @@ void add_joint_coordinates(const Joint& joint, JointRecord& record, System& syst
     for (const std::string& name : joint_coordinates(joint)) {
         if (name.starts_with("angle")) {
             const auto drive = joint.drives.find(name);
-            const double start = drive == joint.drives.end() ? 0 : evaluate(drive->second, 0).value;
+            const auto turned = joint.start_angles.find(name);
+            const double start = drive != joint.drives.end()           ? evaluate(drive->second, 0).value
+                                 : turned != joint.start_angles.end() ? turned->second
+                                                                      : 0;
             system.angles.push_back({record.a.body, record.b.body, angle_frames(record, name), start});
             record.coordinates.push_back({Kind::angle, name, static_cast<int>(system.angles.size()) - 1});
         } else if (name == "slide" || name == "u" || name == "v") {

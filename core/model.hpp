@@ -29,6 +29,9 @@ struct Body {
     Vec3 angular_velocity = Vec3::Zero(); // rad/s, body frame
     /// A fixed body has no unknowns: it is part of the ground and may have no mass.
     bool fixed = false;
+    /// Pose at the start, where it is not the one above, in which the geometry of the model is given.
+    std::optional<Vec3> start_position;
+    std::optional<Vec4> start_orientation;
     /// Coordinates kept while the start is assembled: x y z (global), rx ry rz (about body axes),
     /// vx vy vz (global), wx wy wz (body axes).
     std::vector<std::string> hold;
@@ -159,6 +162,8 @@ struct Joint {
     Fidelity holds(Motion motion) const {
         return motions[static_cast<std::size_t>(motion)].value_or(fidelity);
     }
+    /// Angles at the start that are not near zero, by coordinate: which of their turns is meant.
+    std::map<std::string, double> start_angles;
     /// Driven coordinates: name of a free coordinate (angle, slide, u, v, angle1, angle2) -> function.
     std::map<std::string, TimeFunction> drives;
 };

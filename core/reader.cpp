@@ -92,7 +92,7 @@ std::vector<T> read_list(const JsonInput& root, const char* key, T (*read)(const
 
 Body read_body(const JsonInput& in) {
     in.expect_keys({"name", "mass", "inertia", "position", "orientation", "velocity", "angular_velocity",
-                    "fixed", "hold"});
+                    "fixed", "hold", "start_position", "start_orientation"});
     Body body;
     body.name = in.at("name").text();
     body.fixed = in.has("fixed") && in.at("fixed").flag();
@@ -108,6 +108,10 @@ Body read_body(const JsonInput& in) {
         body.velocity = in.at("velocity").vector();
     if (in.has("angular_velocity"))
         body.angular_velocity = in.at("angular_velocity").vector();
+    if (in.has("start_position"))
+        body.start_position = in.at("start_position").vector();
+    if (in.has("start_orientation"))
+        body.start_orientation = read_orientation(in.at("start_orientation"));
     if (in.has("hold"))
         for (const JsonInput& item : in.at("hold").items())
             body.hold.push_back(item.text());

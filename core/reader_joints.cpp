@@ -88,7 +88,7 @@ void read_axes(const JsonInput& in, Joint& joint) {
 Joint read_joint(const JsonInput& in) {
     in.expect_keys({"name", "kind", "bodies", "frame", "point", "points", "axis", "axis2", "axes",
                     "reference", "references", "length", "fidelity", "bushing", "clearance", "bearing",
-                    "stops", "friction", "drives"});
+                    "stops", "friction", "drives", "start_angles"});
     Joint joint;
     joint.name = in.at("name").text();
     joint.kind = read_kind(in.at("kind"));
@@ -104,6 +104,9 @@ Joint read_joint(const JsonInput& in) {
     if (joint.fidelity == Fidelity::bushing || in.has("bushing"))
         joint.bushing = read_bushing(in.at("bushing"));
     read_contacts(in, joint);
+    if (in.has("start_angles"))
+        for (const auto& [coordinate, angle] : in.at("start_angles").members())
+            joint.start_angles.emplace(coordinate, angle.number());
     if (in.has("drives"))
         for (const auto& [coordinate, function] : in.at("drives").members())
             joint.drives.emplace(coordinate, read_time_function(function));

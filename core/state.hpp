@@ -45,6 +45,7 @@ struct Workspace {
     std::vector<double> scratch;        // of the batches, System::scratch
     std::vector<ContactSample> samples; // one per channel, filled by sample_contacts()
     int threads = 1;
+    bool frozen = false; // time stands still: what moves by itself (roads) is at its place, at rest
 };
 
 /// A power per entry of State::work.

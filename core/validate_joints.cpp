@@ -107,6 +107,19 @@ void check_bushing(const Checker& check, const std::string& at, const Joint& joi
     }
 }
 
+void check_start_angles(const Checker& check, const std::string& at, const Joint& joint) {
+    std::vector<std::string> names = joint_coordinates(joint);
+    std::erase_if(names, [](const std::string& name) { return !name.starts_with("angle"); });
+    for (const auto& [coordinate, angle] : joint.start_angles) {
+        const std::string pointer = at + "/start_angles/" + coordinate;
+        if (std::find(names.begin(), names.end(), coordinate) == names.end())
+            check.refuse(pointer, fmt::format("the joint has no angle '{}'", coordinate),
+                         names.empty() ? "no start_angles" : suggestion(coordinate, names) + listed(names));
+        if (!std::isfinite(angle))
+            check.refuse(pointer, fmt::format("{} is not finite", angle), "finite numbers");
+    }
+}
+
 void check_drives(const Checker& check, const std::string& at, const Joint& joint) {
     const auto names = driveable_coordinates(joint.kind, Fidelity::perfect);
     for (const auto& [coordinate, function] : joint.drives) {
@@ -141,6 +154,7 @@ void check_joints(const Checker& check) {
         check_contacts(check, at, joint);
         check_bushing(check, at, joint);
         check_drives(check, at, joint);
+        check_start_angles(check, at, joint);
     }
 }
 

@@ -91,6 +91,11 @@ Json json(const Body& body) {
     out["orientation"] = {p[0], p[1], p[2], p[3]};
     put_unless_zero(out, "velocity", body.velocity);
     put_unless_zero(out, "angular_velocity", body.angular_velocity);
+    put_if(out, "start_position", body.start_position);
+    if (body.start_orientation) {
+        const Vec4& s = *body.start_orientation;
+        out["start_orientation"] = {s[0], s[1], s[2], s[3]};
+    }
     if (!body.hold.empty())
         out["hold"] = body.hold;
     return out;
@@ -124,6 +129,8 @@ Json json(const Joint& joint) {
     put_fidelity(out, joint);
     put_if(out, "bushing", joint.bushing);
     put_contacts(out, joint);
+    if (!joint.start_angles.empty())
+        out["start_angles"] = joint.start_angles;
     for (const auto& [coordinate, function] : joint.drives)
         out["drives"][coordinate] = json(function);
     return out;

@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 namespace gudgeon {
 
 namespace {
@@ -26,6 +28,7 @@ struct Simulation::Impl {
     State start;
     AssemblyReport assembly;
     RedundancyReport redundancy;
+    std::optional<StaticsReport> statics;
     std::vector<std::string> notices;
     std::vector<RankChange> rank_changes;
     int deficiency = 0, repeated = 0; // of the last sample: by pivots, by rank
@@ -41,7 +44,10 @@ struct Simulation::Impl {
         : system(compile_all(std::move(model), options)), start(initial_state(system)), consistent(system),
           ws(make_workspace(system)) {
         assemble();
-        notices = start_notices(system, start);
+        if (options.start == Start::equilibrium)
+            rest();
+        else
+            notices = start_notices(system, start);
         IntegratorOptions integration = options.integration;
         integration.redundant = !redundancy.dependent.empty();
         repeated = static_cast<int>(redundancy.dependent.size());
@@ -85,6 +91,13 @@ struct Simulation::Impl {
         s.q = q;
         s.u = u;
         return consistent.soft();
+    }
+
+    void rest() {
+        statics = find_equilibrium(system, start);
+        if (!statics->ok)
+            throw EquilibriumError(statics->message, *statics);
+        notices = statics->notices();
     }
 
     // Closes the constraints of a state and evaluates everything there.
@@ -142,6 +155,7 @@ const System& Simulation::system() const { return impl_->system; }
 const AssemblyReport& Simulation::assembly() const { return impl_->assembly; }
 const RedundancyReport& Simulation::redundancy() const { return impl_->redundancy; }
 const std::vector<RankChange>& Simulation::rank_changes() const { return impl_->rank_changes; }
+const StaticsReport* Simulation::statics() const { return impl_->statics ? &*impl_->statics : nullptr; }
 const std::vector<std::string>& Simulation::notices() const { return impl_->notices; }
 const char* Simulation::integrator_name() const { return impl_->integrator->name(); }
 std::vector<IntegratorUse> Simulation::integrator_uses() const {

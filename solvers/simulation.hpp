@@ -11,6 +11,7 @@
 #include "solvers/initial.hpp"
 #include "solvers/integrator.hpp"
 #include "solvers/redundancy.hpp"
+#include "solvers/statics.hpp"
 
 #include <functional>
 #include <memory>
@@ -20,8 +21,11 @@
 
 namespace gudgeon {
 
+enum class Start { as_given, equilibrium };
+
 struct SimulationOptions {
     std::string integrator = "gear";
+    Start start = Start::as_given; // equilibrium: statics.hpp, at rest but for what drives ask
     IntegratorOptions integration;
     std::vector<UserForce> user_forces;
     std::function<void(const ContactEvent&)> on_contact; // starts, ends and rejected starts of contacts
@@ -38,10 +42,21 @@ class AssemblyError : public std::runtime_error {
     AssemblyReport report_;
 };
 
+/// There is no equilibrium to start from; what() names the bodies that accelerate.
+class EquilibriumError : public std::runtime_error {
+  public:
+    EquilibriumError(const std::string& what, StaticsReport report)
+        : std::runtime_error(what), report_(std::move(report)) {}
+    const StaticsReport& report() const { return report_; }
+
+  private:
+    StaticsReport report_;
+};
+
 class Simulation {
   public:
     /// Compiles, assembles, finds redundancy, prepares the integrator. Throws ModelError, AssemblyError,
-    /// std::invalid_argument (unknown integrator).
+    /// EquilibriumError, std::invalid_argument (unknown integrator).
     explicit Simulation(Model model, SimulationOptions options = {});
     ~Simulation();
     Simulation(Simulation&&) noexcept;
@@ -51,6 +66,8 @@ class Simulation {
     const RedundancyReport& redundancy() const;
     /// Changes of the rank that samples showed, singular positions among them; at most 100.
     const std::vector<RankChange>& rank_changes() const;
+    /// How the start was found where it is an equilibrium; null: as given.
+    const StaticsReport* statics() const;
     /// What to know of the start (notices.hpp): contacts that begin deep, clearances of zero.
     const std::vector<std::string>& notices() const;
     const Statistics& statistics() const;
