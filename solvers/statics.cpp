@@ -134,7 +134,7 @@ class Search {
             const bool above = !force || climbs(share * step, q);
             const bool near = force && std::abs(*force) <= pushes_back * before;
             if (!above && (near || (*force > 0 && (high == 0 || at_high == 0)))) {
-                accept(q, share * step);
+                accept(q);
                 return share;
             }
             if (!above && *force > 0) {
@@ -157,17 +157,18 @@ class Search {
                                      : std::clamp(root, low + 1e-3 * width, high - 1e-3 * width);
         }
         if (low > 0 && point_.evaluate(best)) {
-            accept(best, low * step);
+            accept(best);
             return low;
         }
         point_.evaluate(q_);
         return 0;
     }
 
-    void accept(const VecX& q, const VecX& step) {
+    void accept(const VecX& q) {
         q_ = q;
         energy_ = point_.energy();
-        moved_ += longest_ * length_of(step);
+        for (int i = 0; i < system_.moving; ++i)
+            moved_ = std::max(moved_, (q_.segment<3>(7 * i) - state_.q.segment<3>(7 * i)).norm());
         point_.follow_angles();
     }
 
@@ -209,7 +210,7 @@ class Search {
                 break;
             stuck = share == 0 ? stuck : 0;
             a = share >= 0.9 ? std::max(0.25 * a, least) : share < 0.1 ? 4 * a : a;
-            if (share == 1 && moved_ > point_.size())
+            if (share == 1 && moved_ > 3 * point_.size())
                 longest_ = std::max(longest_, 0.2 * moved_); // what falls is found out soon
         }
         if (residual() <= loose * point_.force_scale()) {
@@ -246,7 +247,7 @@ class Search {
                 point_.evaluate(kept);
                 return;
             }
-            accept(q, step);
+            accept(q);
             if (residual() > 0.5 * before)
                 return;
         }
@@ -275,6 +276,21 @@ class Search {
         return std::sqrt(x.dot(m));
     }
 
+    // Every body along its own screw: whole rigid motions and turns about hinges are exact.
+    VecX screwed(const VecX& step) {
+        VecX q = q_;
+        for (int i = 0; i < system_.moving; ++i) {
+            const Vec3 shift = step.segment<3>(6 * i), turn = step.segment<3>(6 * i + 3);
+            const Vec3 axis = point_.workspace().motion[i].A * turn;
+            const double angle = axis.norm();
+            const double even = angle > 1e-4 ? (1 - std::cos(angle)) / (angle * angle) : 0.5;
+            const double odd = angle > 1e-4 ? (angle - std::sin(angle)) / (angle * angle * angle) : 1.0 / 6;
+            q.segment<3>(7 * i) += shift + even * axis.cross(shift) + odd * axis.cross(axis.cross(shift));
+            q.segment<4>(7 * i + 3) = turned(q.segment<4>(7 * i + 3), turn);
+        }
+        return q;
+    }
+
     // Takes back what the search has moved along neutral directions. True: there was something to take back.
     bool go_back(const VecX& from) {
         State here = state_;
@@ -287,10 +303,11 @@ class Search {
             back -= neutral.direction.dot(weighted) * neutral.direction;
         if (length_of(back) <= least_return || length_of(back) > most_return)
             return false;
-        VecX q;
         const StaticsReport counts = report_;
-        if (force_after(back, 1, q)) {
-            accept(q, back);
+        q_ = screwed(back);
+        VecX q;
+        if (force_after(point_.rest(), 1, q)) { // onto the constraints
+            accept(q);
             if (newton() && mass_norm(displacement(from)) < mass_norm(moved))
                 return true;
         }
@@ -327,7 +344,7 @@ class Search {
                 point_.evaluate(q_);
                 continue;
             }
-            accept(q, step);
+            accept(q);
             speed = step / h;
             mass_times(system_, speed, momentum);
             const double now = 0.5 * speed.dot(momentum);
