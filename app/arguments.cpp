@@ -83,9 +83,10 @@ void add_run_options(CLI::App& command, Typed& typed) {
         ->delimiter(',')
         ->allow_extra_args(false);
     option("--threads", "N", "threads, 1; the results do not depend on them");
-    option("--start", "WORD",
-           "as-given: the pose of the model, assembled where it violates the constraints; equilibrium: at rest "
-           "where forces balance");
+    option(
+        "--start", "WORD",
+        "as-given: the pose of the model, assembled where it violates the constraints; equilibrium: at rest "
+        "where forces balance");
     option("--out", "DIR", "folder of the results, ./NAME by default; earlier results in it are replaced");
     option("--onset", "WORD",
            "a contact that is new in a step: threshold (it must start shallow), root (the step ends where it "
@@ -227,7 +228,8 @@ Arguments parse_arguments(const std::vector<std::string>& args) {
     CLI::App* statics = app.add_subcommand("statics", "the equilibrium of a model: pose, reactions, forces");
     add_model(*statics, typed, "MODEL", model);
     add_rest_options(*statics, typed);
-    CLI::App* modes = app.add_subcommand("modes", "eigenfrequencies, damping ratios and mode shapes of a model");
+    CLI::App* modes =
+        app.add_subcommand("modes", "eigenfrequencies, damping ratios and mode shapes of a model");
     add_model(*modes, typed, "MODEL", model);
     add_modes_options(*modes, typed);
     add_rest_options(*modes, typed);

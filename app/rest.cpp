@@ -59,9 +59,8 @@ class Table {
             text_ += line;
     }
     std::string text(const char* file) const {
-        return lines_ <= most_lines
-                   ? text_
-                   : text_ + fmt::format("  and {} more: {}\n", lines_ - most_lines, file);
+        return lines_ <= most_lines ? text_
+                                    : text_ + fmt::format("  and {} more: {}\n", lines_ - most_lines, file);
     }
 
   private:
@@ -71,8 +70,8 @@ class Table {
 
 std::string tables(const System& system, const State& state, const RestForces& forces) {
     const auto row = [](const std::string& name, const Vec3& x, const Vec3& y) {
-        return fmt::format("  {:<16} {:>11.5g} {:>11.5g} {:>11.5g} {:>11.5g} {:>11.5g} {:>11.5g}\n", name, x.x(),
-                           x.y(), x.z(), y.x(), y.y(), y.z());
+        return fmt::format("  {:<16} {:>11.5g} {:>11.5g} {:>11.5g} {:>11.5g} {:>11.5g} {:>11.5g}\n", name,
+                           x.x(), x.y(), x.z(), y.x(), y.y(), y.z());
     };
     const auto head = [](const char* what, const char* columns) {
         return fmt::format("{}\n  {:<16} {}\n", what, "", columns);
@@ -84,8 +83,7 @@ std::string tables(const System& system, const State& state, const RestForces& f
         const Eigen::AngleAxisd turn(rotation(p));
         poses.add(row(system.body_names[i], state.q.segment<3>(7 * i), turn.angle() * turn.axis()));
     }
-    constexpr const char* wrench =
-        "         fx          fy          fz          mx          my          mz";
+    constexpr const char* wrench = "         fx          fy          fz          mx          my          mz";
     Table joints(head("joints: force and moment (N, N m) on the second body at its joint point", wrench));
     for (std::size_t j = 0; j < system.joints.size(); ++j)
         joints.add(row(system.joints[j].name, forces.joint[j].force, forces.joint[j].moment));
@@ -185,8 +183,9 @@ ordered_json modes_json(const Assembled& at, const RestArguments& arguments, con
 }
 
 std::string modes_csv(const System& system, const ModesReport& report) {
-    std::string out = "mode,kind,hertz,omega,damping_ratio,root_re,root_im,body,x_re,x_im,y_re,y_im,z_re,z_im,"
-                      "rx_re,rx_im,ry_re,ry_im,rz_re,rz_im\n";
+    std::string out =
+        "mode,kind,hertz,omega,damping_ratio,root_re,root_im,body,x_re,x_im,y_re,y_im,z_re,z_im,"
+        "rx_re,rx_im,ry_re,ry_im,rz_re,rz_im\n";
     for (std::size_t k = 0; k < report.modes.size(); ++k) {
         const Mode& mode = report.modes[k];
         for (int i = 0; i < system.moving; ++i) {
@@ -214,7 +213,8 @@ int statics(const RestArguments& arguments, const Console& console) {
     const fs::path folder = arguments.out.value_or(at.loaded.model.name);
     make_folder(folder);
     write_text(folder / "statics.json",
-               results(at, report, forces).dump(2, ' ', false, ordered_json::error_handler_t::replace) + '\n');
+               results(at, report, forces).dump(2, ' ', false, ordered_json::error_handler_t::replace) +
+                   '\n');
     write_text(folder / "equilibrium.json", write_model(model_at(at.system, at.state)));
     if (!arguments.quiet)
         console.out << equilibrium_report(at.system, report) << notice_report(report.notices())
@@ -235,9 +235,9 @@ int modes(const RestArguments& arguments, const Console& console) {
     const ModesReport report = find_modes(at.system, at.state, options);
     const fs::path folder = arguments.out.value_or(at.loaded.model.name);
     make_folder(folder);
-    write_text(folder / "modes.json", modes_json(at, arguments, report)
-                                              .dump(2, ' ', false, ordered_json::error_handler_t::replace) +
-                                          '\n');
+    write_text(folder / "modes.json",
+               modes_json(at, arguments, report).dump(2, ' ', false, ordered_json::error_handler_t::replace) +
+                   '\n');
     write_text(folder / "modes.csv", modes_csv(at.system, report));
     if (!arguments.quiet)
         console.out << mode_table(at.system, report)

@@ -192,8 +192,7 @@ int run(const RunArguments& arguments, const Console& console) {
     if (!arguments.quiet)
         console.out << assembly_report(sim.system(), sim.assembly())
                     << (sim.statics() ? equilibrium_report(sim.system(), *sim.statics()) : "")
-                    << notice_report(sim.notices())
-                    << std::flush;
+                    << notice_report(sim.notices()) << std::flush;
 
     try {
         Progress progress(console, !arguments.quiet, grid.end());

@@ -253,13 +253,12 @@ std::string equilibrium_report(const System& system, const StaticsReport& report
     std::vector<AssemblyReport::Change> moved = report.moved;
     std::ranges::stable_sort(moved, std::ranges::greater{},
                              [](const AssemblyReport::Change& c) { return std::max(c.shift, c.turn); });
-    std::string text = fmt::format("Equilibrium: {:.2g} of {:.4g} N (N m) left over after {} steps{}; energy {:.6g} J, "
-                                   "{:.3g} J below the start.\n",
-                                   report.residual, report.force_scale, report.steps,
-                                   report.relaxation_steps
-                                       ? fmt::format(" and {} of relaxation", report.relaxation_steps)
-                                       : "",
-                                   report.energy_after, report.energy_before - report.energy_after);
+    std::string text = fmt::format(
+        "Equilibrium: {:.2g} of {:.4g} N (N m) left over after {} steps{}; energy {:.6g} J, "
+        "{:.3g} J below the start.\n",
+        report.residual, report.force_scale, report.steps,
+        report.relaxation_steps ? fmt::format(" and {} of relaxation", report.relaxation_steps) : "",
+        report.energy_after, report.energy_before - report.energy_after);
     constexpr std::size_t most = 8;
     for (std::size_t i = 0; i < std::min(moved.size(), most); ++i)
         text += fmt::format("  {}: moved {:.3g} m, turned {:.3g} rad\n", system.body_names[moved[i].body],

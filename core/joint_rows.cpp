@@ -157,7 +157,7 @@ void add_joint_coordinates(const Joint& joint, JointRecord& record, System& syst
         if (name.starts_with("angle")) {
             const auto drive = joint.drives.find(name);
             const auto turned = joint.start_angles.find(name);
-            const double start = drive != joint.drives.end()           ? evaluate(drive->second, 0).value
+            const double start = drive != joint.drives.end()          ? evaluate(drive->second, 0).value
                                  : turned != joint.start_angles.end() ? turned->second
                                                                       : 0;
             system.angles.push_back({record.a.body, record.b.body, angle_frames(record, name), start});

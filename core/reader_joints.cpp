@@ -86,9 +86,9 @@ void read_axes(const JsonInput& in, Joint& joint) {
 } // namespace
 
 Joint read_joint(const JsonInput& in) {
-    in.expect_keys({"name", "kind", "bodies", "frame", "point", "points", "axis", "axis2", "axes",
-                    "reference", "references", "length", "fidelity", "bushing", "clearance", "bearing",
-                    "stops", "friction", "drives", "start_angles"});
+    in.expect_keys({"name",      "kind",    "bodies",    "frame",      "point",  "points",      "axis",
+                    "axis2",     "axes",    "reference", "references", "length", "fidelity",    "bushing",
+                    "clearance", "bearing", "stops",     "friction",   "drives", "start_angles"});
     Joint joint;
     joint.name = in.at("name").text();
     joint.kind = read_kind(in.at("kind"));

@@ -130,8 +130,9 @@ void check_body(const Checker& check, const std::string& at, const Body& body) {
                          fmt::format("{} is not finite", body.orientation[i]), "finite numbers");
     if (body.start_position && !body.start_position->allFinite())
         check.refuse(at + "/start_position", "it is not finite", "finite numbers");
-    if (body.start_orientation && !(body.start_orientation->allFinite() && body.start_orientation->norm() > 1e-100 &&
-                                    body.start_orientation->norm() < 1e100))
+    if (body.start_orientation &&
+        !(body.start_orientation->allFinite() && body.start_orientation->norm() > 1e-100 &&
+          body.start_orientation->norm() < 1e100))
         check.refuse(at + "/start_orientation", "Euler parameters without a direction",
                      "four finite numbers that are not all zero");
     if (const double norm = body.orientation.stableNorm(); norm < 1e-100 || norm > 1e100)

@@ -79,8 +79,7 @@ std::vector<Root> dense_roots(Linearised& lin, double sigma) {
 class Deflated {
   public:
     using Scalar = double;
-    explicit Deflated(Linearised& lin)
-        : q(2 * lin.system().velocities(), 0), lin_(lin), scratch_(q.rows()) {}
+    explicit Deflated(Linearised& lin) : q(2 * lin.system().velocities(), 0), lin_(lin), scratch_(q.rows()) {}
     Eigen::Index rows() const { return q.rows(); }
     Eigen::Index cols() const { return q.rows(); }
     void perform_op(const double* y, double* w) const {

@@ -22,7 +22,7 @@
 namespace gudgeon {
 
 struct ModesOptions {
-    int count = 10; // modes beside the neutral ones, lowest |s| first; 0: all of a small mechanism
+    int count = 10;        // modes beside the neutral ones, lowest |s| first; 0: all of a small mechanism
     int dense_up_to = 300; // velocities
 };
 
@@ -32,9 +32,9 @@ struct Mode {
     /// Six per moving body: displacement (m, global) and rotation (rad, body axes); largest entry 1.
     Eigen::VectorXcd shape;
 
-    double omega() const { return std::abs(root); }                      // rad/s, undamped
-    double damped_omega() const { return std::abs(root.imag()); }        // rad/s
-    double hertz() const { return damped_omega() / (2 * pi); }           // Hz, of the vibration as it is seen
+    double omega() const { return std::abs(root); }               // rad/s, undamped
+    double damped_omega() const { return std::abs(root.imag()); } // rad/s
+    double hertz() const { return damped_omega() / (2 * pi); }    // Hz, of the vibration as it is seen
     double damping() const { return omega() > 0 ? -root.real() / omega() : 0; } // ratio; < 0: grows
 };
 

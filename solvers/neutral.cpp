@@ -17,9 +17,9 @@ namespace gudgeon {
 
 namespace {
 
-constexpr double shift = 1e-3;        // of the stiffness scale
-constexpr double zero_share = 1e-11;  // of the stiffnesses that cancel in a Ritz value
-constexpr double zero_scale = 1e-6;   // of the stiffness scale
+constexpr double shift = 1e-3;       // of the stiffness scale
+constexpr double zero_share = 1e-11; // of the stiffnesses that cancel in a Ritz value
+constexpr double zero_scale = 1e-6;  // of the stiffness scale
 constexpr int block = 12, sweeps = 16;
 constexpr double same_direction = 1e-4; // part outside the neutral space of a motion that counts as inside
 constexpr double takes_part = 0.05;     // of the largest move
@@ -122,6 +122,8 @@ class NeutralSearch {
             point_.solve(x);
             x = orthonormal(x);
         }
+        if (x.cols() == 0)
+            return {x, VecX(), VecX()}; // nothing can move
         MatX sx(x.rows(), x.cols());
         VecX out(x.rows());
         for (Eigen::Index k = 0; k < x.cols(); ++k) {

@@ -118,7 +118,8 @@ RestForces rest_forces(const System& system, const State& state,
         const Evaluation here = evaluation(part, alone, state.t);
         for (const auto& batch : part.forces)
             batch->add_forces(here, {f.data(), part.moving});
-        const std::string& name = std::visit([](const auto& x) -> const std::string& { return x.name; }, force);
+        const std::string& name =
+            std::visit([](const auto& x) -> const std::string& { return x.name; }, force);
         // on the second body, or the first where that one is fixed
         for (auto body = bodies.rbegin(); body != bodies.rend(); ++body)
             if (const int i = part.body_index(*body); i >= 0 && i < part.moving) {

@@ -17,9 +17,10 @@ class RestPoint {
     /// with the constraints is singular.
     bool evaluate(const VecX& q);
 
-    VecX left;                // f - G^T lambda of the last evaluate(), tangential to the constraints
-    VecX lambda;              // least in M^-1 what is left over
-    double force_scale() const; // the largest force or moment that acts (N, N m), of bodies, batches, reactions
+    VecX left;   // f - G^T lambda of the last evaluate(), tangential to the constraints
+    VecX lambda; // least in M^-1 what is left over
+    double
+    force_scale() const; // the largest force or moment that acts (N, N m), of bodies, batches, reactions
 
     /// S at the last evaluated pose, with its multipliers; C is zero.
     void linearise();
@@ -57,7 +58,8 @@ class RestPoint {
 
 /// Largest distance between bodies and joints of a mechanism, m; 0.1 for a single point.
 double mechanism_size(const System& system);
-/// Median distance of a body's mass centre to its farthest joint, m; that of the mechanism where there is none.
+/// Median distance of a body's mass centre to its farthest joint, m; that of the mechanism where there is
+/// none.
 double body_size(const System& system);
 
 } // namespace gudgeon

@@ -12,25 +12,25 @@ namespace gudgeon {
 
 namespace {
 
-constexpr double longest_share = 0.1;    // of the size of a body: longest move of a step at first
-constexpr double longest_turn = 0.1;     // rad
+constexpr double longest_share = 0.1;      // of the size of a body: longest move of a step at first
+constexpr double longest_turn = 0.1;       // rad
 constexpr double longest_of_bearing = 0.3; // of its radius or length
 constexpr double least_return = 1e-9, most_return = 10; // of the longest move
 constexpr int most_returns = 6;
-constexpr double least_metric = 1e-3;    // of the stiffness scale: smallest a
-constexpr double pushes_back = 0.5;      // of the force along the step: more is too far
-constexpr int most_trials = 40;          // of one step
-constexpr double too_far = 30;           // sizes: what has moved this far falls
+constexpr double least_metric = 1e-3; // of the stiffness scale: smallest a
+constexpr double pushes_back = 0.5;   // of the force along the step: more is too far
+constexpr int most_trials = 40;       // of one step
+constexpr double too_far = 30;        // sizes: what has moved this far falls
 constexpr int relaxation_per_step = 20;
-constexpr double loose = 1e-7;           // residual that round-off of stiff contacts may leave
+constexpr double loose = 1e-7; // residual that round-off of stiff contacts may leave
 
 double largest(const VecX& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
 
 class Search {
   public:
     Search(const System& system, State& state, const StaticsOptions& options)
-        : system_(system), state_(state), options_(options), closer_(system), closing_(make_workspace(system)),
-          point_(system, state, dependent_rows(system, state)), q_(state.q),
+        : system_(system), state_(state), options_(options), closer_(system),
+          closing_(make_workspace(system)), point_(system, state, dependent_rows(system, state)), q_(state.q),
           longest_(longest_share * body_size(system)) {
         find_bearings();
         closer_.regularise(1e-9); // repeated rows pass
@@ -243,7 +243,8 @@ class Search {
             const VecX kept = q_;
             point_.linearise();
             VecX step, q;
-            if (!solve(a, step) || length_of(step) > 0.01 || !force_after(step, 1, q) || residual() >= before) {
+            if (!solve(a, step) || length_of(step) > 0.01 || !force_after(step, 1, q) ||
+                residual() >= before) {
                 point_.evaluate(kept);
                 return;
             }
@@ -422,14 +423,16 @@ class Search {
         for (int i = 0; i < system_.moving; ++i)
             bodies.emplace_back(acceleration.segment<6>(6 * i).norm(), i);
         std::ranges::stable_sort(bodies, std::ranges::greater{}, &std::pair<double, int>::first);
-        std::string text =
-            falls() ? fmt::format("no equilibrium: after {:.3g} m forces still move", moved_)
-                    : fmt::format("no equilibrium was found: {:.3g} of {:.3g} N or N m remain on",
-                                  residual(), point_.force_scale());
-        for (std::size_t k = 0; k < bodies.size() && k < 6 && bodies[k].first >= 1e-3 * bodies[0].first; ++k) {
+        std::string text = falls()
+                               ? fmt::format("no equilibrium: after {:.3g} m forces still move", moved_)
+                               : fmt::format("no equilibrium was found: {:.3g} of {:.3g} N or N m remain on",
+                                             residual(), point_.force_scale());
+        for (std::size_t k = 0; k < bodies.size() && k < 6 && bodies[k].first >= 1e-3 * bodies[0].first;
+             ++k) {
             const int i = bodies[k].second;
-            text += fmt::format("{} '{}' ({:.3g} m/s2, {:.3g} rad/s2)", k ? "," : "", system_.body_names[i],
-                                acceleration.segment<3>(6 * i).norm(), acceleration.segment<3>(6 * i + 3).norm());
+            text +=
+                fmt::format("{} '{}' ({:.3g} m/s2, {:.3g} rad/s2)", k ? "," : "", system_.body_names[i],
+                            acceleration.segment<3>(6 * i).norm(), acceleration.segment<3>(6 * i + 3).norm());
         }
         return text + "; hold them by a joint, a spring or a contact, or start as given";
     }
@@ -460,8 +463,8 @@ std::vector<std::string> StaticsReport::notices() const {
     if (neutral.size() > most)
         out.push_back(fmt::format("and {} motions more that nothing holds", neutral.size() - most));
     if (unstable > 0)
-        out.push_back(fmt::format("the equilibrium is unstable in {} direction{}", unstable,
-                                  unstable > 1 ? "s" : ""));
+        out.push_back(
+            fmt::format("the equilibrium is unstable in {} direction{}", unstable, unstable > 1 ? "s" : ""));
     return out;
 }
 

@@ -39,9 +39,9 @@ struct StaticsReport {
     bool ok = false;
     std::string message; // why not: what accelerates, where
     int steps = 0, relaxation_steps = 0, factorisations = 0;
-    double residual = 0;     // largest force left over (N or N m) ...
-    double force_scale = 0;  // ... and the largest one that acts
-    double constraint = 0;   // largest |Phi|, m or rad
+    double residual = 0;                        // largest force left over (N or N m) ...
+    double force_scale = 0;                     // ... and the largest one that acts
+    double constraint = 0;                      // largest |Phi|, m or rad
     double energy_before = 0, energy_after = 0; // J, potential and elastic
     std::vector<AssemblyReport::Change> moved;  // bodies that moved, m and rad
     std::vector<NeutralDirection> neutral;
@@ -55,8 +55,8 @@ struct StaticsReport {
 /// Moves an assembled state into equilibrium: velocities zero (those of the drives remain), multipliers,
 /// contacts with a memory so that a run from here rests. A contact that rests remembers as its starting
 /// speed that of two free bodies that would bring the energy stored in it, sqrt(2 E B M^-1 B^T): laws with
-/// hysteresis then push with their elastic part and damp vibrations about the rest according to their restitution.
-/// Angles keep count of their turns. When not ok the state is where the search ended.
+/// hysteresis then push with their elastic part and damp vibrations about the rest according to their
+/// restitution. Angles keep count of their turns. When not ok the state is where the search ended.
 StaticsReport find_equilibrium(const System& system, State& state, const StaticsOptions& options = {});
 
 /// The model that begins at this pose, at rest; its geometry stays that of the pose as given.

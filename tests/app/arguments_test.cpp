@@ -48,8 +48,7 @@ TEST(Arguments, UnknownWords) {
             {"--formulation", integrator, "gear, radau"});
     expect_refused({"run", "pendulum", "--formulation", "saddle-point", "--integrator", "bayo"},
                    {"--formulation", "bayo", "augmented-lagrangian"});
-    expect_refused({"run", "pendulum", "--start", "equilibrium"},
-                   {"not available in this version", "as-given"});
+    expect_refused({"run", "pendulum", "--start", "anywhere"}, "--start: unknown word 'anywhere'; allowed: as-given, equilibrium");
     expect_refused({"run", "pendulum", "--fast"}, {"--fast"});
     expect_refused({"simulate", "pendulum"}, {"'simulate'", "run, check, list, export"});
     expect_refused({"chekc", "pendulum"}, {"did you mean 'check'?"});

@@ -27,7 +27,8 @@ ModesReport modes_of(Model model, ModesOptions options = {}, bool rest = true) {
 Model hanging_rods(int rods, double above = -1) {
     Model model;
     for (int i = 0; i < rods; ++i) {
-        model.bodies.push_back(make_body(fmt::format("rod{}", i), 1.5, {0.2, 0.2, 0.1}, {0, 0, above * (i + 0.5)}));
+        model.bodies.push_back(
+            make_body(fmt::format("rod{}", i), 1.5, {0.2, 0.2, 0.1}, {0, 0, above * (i + 0.5)}));
         model.joints.push_back(make_joint(fmt::format("hinge{}", i), JointKind::revolute,
                                           i ? fmt::format("rod{}", i - 1) : "ground", fmt::format("rod{}", i),
                                           {0, 0, above * i}, Vec3::UnitY()));
@@ -89,10 +90,12 @@ TEST(Modes, BlockOnRubberHasTheDampingRatiosOfOscillators) {
     };
     std::vector<Mode> left = report.modes;
     // the last one is overdamped: two real roots
-    for (const Oscillator& o : {Oscillator{3, 40, 4e4}, {3, 50, 5e4}, {3, 60, 6e4}, {0.02, 0.1, 100}, {0.03, 0.2, 200}}) {
+    for (const Oscillator& o :
+         {Oscillator{3, 40, 4e4}, {3, 50, 5e4}, {3, 60, 6e4}, {0.02, 0.1, 100}, {0.03, 0.2, 200}}) {
         const double omega = std::sqrt(o.k / o.m), damping = o.c / (2 * std::sqrt(o.k * o.m));
         const auto found = std::ranges::find_if(left, [&](const Mode& mode) {
-            return std::abs(mode.omega() - omega) < 1e-9 * omega && std::abs(mode.damping() - damping) < 1e-10;
+            return std::abs(mode.omega() - omega) < 1e-9 * omega &&
+                   std::abs(mode.damping() - damping) < 1e-10;
         });
         ASSERT_NE(found, left.end()) << omega;
         EXPECT_EQ(found->kind, Mode::Kind::vibration);
@@ -117,8 +120,9 @@ TEST(Modes, GyroscopicTermsHoldATopUpright) {
         EXPECT_EQ(report.neutral, 1);
         ASSERT_EQ(report.modes.size(), 3u);
         for (const std::complex<double> s : {half + root, half - root})
-            EXPECT_TRUE(std::ranges::any_of(report.modes, [&](const Mode& m) { return std::abs(m.root - s) < 1e-8; }))
-                << s;
+            EXPECT_TRUE(std::ranges::any_of(report.modes, [&](const Mode& m) {
+                return std::abs(m.root - s) < 1e-8;
+            })) << s;
     }
 }
 
@@ -186,7 +190,8 @@ TEST(Modes, SuspensionsByBothWays) {
     ASSERT_EQ(dense.modes.size(), 18u);
     ASSERT_EQ(sparse.modes.size(), 18u);
     for (int i = 3; i < 18; ++i) {
-        EXPECT_NEAR(std::abs(dense.modes[i].root - sparse.modes[i].root) / dense.modes[i].omega(), 0, 1e-7) << i;
+        EXPECT_NEAR(std::abs(dense.modes[i].root - sparse.modes[i].root) / dense.modes[i].omega(), 0, 1e-7)
+            << i;
         EXPECT_EQ(dense.modes[i].kind, Mode::Kind::vibration);
     }
 }

@@ -8,7 +8,6 @@
 
 #include <gtest/gtest.h>
 
-
 namespace gudgeon {
 namespace {
 
@@ -225,9 +224,8 @@ TEST_P(StaticsOfSuspensions, RestWithThreeNeutralDirections) {
     ConsistentSolver solver(at.system);
     for (int k = 0; k < 10; ++k) {
         VecX q = at.state.q;
-        VecX step = VecX::NullaryExpr(at.system.velocities(), [&] {
-            return std::uniform_real_distribution<double>(-1e-4, 1e-4)(rng);
-        });
+        VecX step = VecX::NullaryExpr(
+            at.system.velocities(), [&] { return std::uniform_real_distribution<double>(-1e-4, 1e-4)(rng); });
         move(at.system, step, q);
         const VecX none = VecX::Zero(at.system.velocities());
         ASSERT_TRUE(solver.project_positions(0, q, none, ws));
