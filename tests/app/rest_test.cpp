@@ -43,7 +43,8 @@ TEST_F(CommandLineRest, StaticsWritesPoseReactionsAndAModelThatStartsThere) {
 }
 
 TEST_F(CommandLineRest, ModesWritesFrequenciesAndShapes) {
-    const Outcome outcome = command({"modes", "pendulum", "--start", "equilibrium", "--out", folder_.string()});
+    const Outcome outcome =
+        command({"modes", "pendulum", "--start", "equilibrium", "--out", folder_.string()});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const auto result = json("modes.json");
     EXPECT_EQ(result["neutral"], 1);
@@ -61,10 +62,11 @@ TEST_F(CommandLineRest, UnstableModesAreMarked) {
 TEST_F(CommandLineRest, FreeFallStopsWithTheNameOfWhatFalls) {
     fs::create_directories(folder_);
     const fs::path file = folder_ / "fall.json";
-    std::ofstream(file) << R"({"gudgeon": 1, "bodies": [{"name": "stone", "mass": 1, "inertia": [1, 1, 1]}]})";
-    for (const std::vector<std::string>& args :
-         {std::vector<std::string>{"statics", file.string()}, {"run", file.string(), "--start", "equilibrium"},
-          {"modes", file.string(), "--start", "equilibrium"}}) {
+    std::ofstream(file)
+        << R"({"gudgeon": 1, "bodies": [{"name": "stone", "mass": 1, "inertia": [1, 1, 1]}]})";
+    for (const std::vector<std::string>& args : {std::vector<std::string>{"statics", file.string()},
+                                                 {"run", file.string(), "--start", "equilibrium"},
+                                                 {"modes", file.string(), "--start", "equilibrium"}}) {
         std::vector<std::string> all = args;
         all.insert(all.end(), {"--out", (folder_ / "out").string()});
         const Outcome outcome = command(all);
@@ -80,7 +82,8 @@ TEST_F(CommandLineRest, BadInputIsNamed) {
     EXPECT_NE(start.err.find("--start: unknown word 'anywhere'"), std::string::npos) << start.err;
     const Outcome count = command({"modes", "pendulum", "--count", "0"});
     EXPECT_EQ(count.code, 2);
-    EXPECT_NE(count.err.find("--count: '0' is not allowed; allowed: whole numbers"), std::string::npos) << count.err;
+    EXPECT_NE(count.err.find("--count: '0' is not allowed; allowed: whole numbers"), std::string::npos)
+        << count.err;
     fs::create_directories(folder_);
     const fs::path file = folder_ / "bad.json";
     std::ofstream(file) << R"({"gudgeon": 1, "bodies": [{"name": "a", "mass": 1, "inertia": [1, 1, 1]}],
@@ -88,7 +91,8 @@ TEST_F(CommandLineRest, BadInputIsNamed) {
                   "start_angles": {"slide": 3}}]})";
     const Outcome angles = command({"statics", file.string()});
     EXPECT_EQ(angles.code, 2);
-    EXPECT_NE(angles.err.find("/joints/0/start_angles/slide: the joint has no angle 'slide'"), std::string::npos)
+    EXPECT_NE(angles.err.find("/joints/0/start_angles/slide: the joint has no angle 'slide'"),
+              std::string::npos)
         << angles.err;
 }
 
