@@ -1,7 +1,7 @@
 #include "solvers/linearised.hpp"
 
 #include "core/matrices.hpp"
-#include "solvers/initial.hpp"
+#include "solvers/redundancy.hpp"
 #include "solvers/rest_point.hpp"
 
 #include <fmt/format.h>

@@ -4,6 +4,7 @@
 #include "solvers/statics.hpp"
 
 #include "core/matrices.hpp"
+#include "solvers/redundancy.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>

@@ -1,5 +1,6 @@
 #include "solvers/statics.hpp"
 
+#include "solvers/redundancy.hpp"
 #include "solvers/rest_point.hpp"
 
 #include <fmt/format.h>
