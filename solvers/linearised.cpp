@@ -12,13 +12,6 @@ namespace gudgeon {
 
 namespace {
 
-std::vector<int> dependent_rows(const System& system, const State& state) {
-    std::vector<int> rows;
-    for (const auto& d : find_redundancy(system, state).dependent)
-        rows.push_back(d.row);
-    return rows;
-}
-
 MatX dense(const CscMatrix& m) {
     MatX out = MatX::Zero(m.pattern.rows, m.pattern.cols);
     for (int j = 0; j < m.pattern.cols; ++j)

@@ -282,10 +282,7 @@ std::vector<NeutralDirection> neutral_directions(const System& system, const Sta
         *unstable = 0;
     if (system.moving == 0)
         return {};
-    std::vector<int> dependent;
-    for (const auto& d : find_redundancy(system, state).dependent)
-        dependent.push_back(d.row);
-    NeutralSearch search(system, state, dependent);
+    NeutralSearch search(system, state, dependent_rows(system, state));
     if (unstable)
         *unstable = search.unstable();
     return Namer(system, state).name(search.neutral());

@@ -43,6 +43,13 @@ std::vector<std::string> RedundancyReport::lines(const System& system) const {
     return out;
 }
 
+std::vector<int> dependent_rows(const System& system, const State& state) {
+    std::vector<int> rows;
+    for (const RankReport::Dependence& d : find_redundancy(system, state).dependent)
+        rows.push_back(d.row);
+    return rows;
+}
+
 double reaction_length(const System& system) {
     double sum = 0;
     int count = 0;

@@ -26,6 +26,9 @@ struct RankChange {
 /// Rank of the constraint rows at a state (sparse QR; rows with lengths made dimensionless by 1 m).
 RedundancyReport find_redundancy(const System& system, const State& state);
 
+/// Rows that repeat earlier ones, increasing.
+std::vector<int> dependent_rows(const System& system, const State& state);
+
 /// Length L (m) that compares moments with forces where rows repeat each other: of all multipliers that give
 /// the same motion the reactions are those with the least sum of force^2 + (moment/L)^2. L is the root mean
 /// square of the distances between mass centres and joint points; 1 where all of them vanish.

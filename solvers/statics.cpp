@@ -60,13 +60,6 @@ class Search {
     }
 
   private:
-    static std::vector<int> dependent_rows(const System& system, const State& state) {
-        std::vector<int> rows;
-        for (const auto& d : find_redundancy(system, state).dependent)
-            rows.push_back(d.row);
-        return rows;
-    }
-
     double residual() const { return largest(point_.left); }
 
     // How far a journal may move in its bearing in one step: farther it might come out on the other side.
