@@ -106,19 +106,17 @@ int ConsistentSolver::deficiency() const {
 
 // Rows that turn out to repeat each other are soft from then on.
 bool ConsistentSolver::factor(const Workspace& ws, int held_shift, double beta) {
-    if (factor_once(ws, held_shift, beta))
-        return true;
-    if (soft() || beta > 0 ||
-        !std::isfinite(ws.rows.empty() ? 0 : Eigen::Map<const VecX>(ws.rows.data(), ws.rows.size()).sum()))
-        return false;
+    const FactorStatus status = factor_once(ws, held_shift, beta);
+    if (status.kind != FactorStatus::Kind::singular || soft() || beta > 0)
+        return status.ok();
     soften();
-    return factor_once(ws, held_shift, beta);
+    return factor_once(ws, held_shift, beta).ok();
 }
 
 // B = D G W^{1/2} with D such that its rows have unit length.
-bool ConsistentSolver::factor_once(const Workspace& ws, int held_shift, double beta) {
+FactorStatus ConsistentSolver::factor_once(const Workspace& ws, int held_shift, double beta) {
     if (system_.row_count() == 0)
-        return true;
+        return {};
     for (int r = 0; r < system_.row_count(); ++r) {
         const RowRecord& row = system_.rows[r];
         Eigen::Matrix<double, 12, 1> b = Eigen::Matrix<double, 12, 1>::Zero();
@@ -142,7 +140,7 @@ bool ConsistentSolver::factor_once(const Workspace& ws, int held_shift, double b
     }
     if (soft())
         place_softness();
-    return normal_.factor(values_, soft() ? 0 : beta).ok();
+    return normal_.factor(values_, soft() ? 0 : beta);
 }
 
 void ConsistentSolver::solve_normal(VecX& x) {

@@ -54,7 +54,7 @@ class ImplicitIntegrator : public Integrator {
 
     /// Rows may repeat each other from now on (SaddleMatrix, ConsistentSolver).
     virtual void soften();
-    bool soft() const { return consistent_.soft() && soft_; }
+    bool soft() const { return soft_; }
     /// A singular matrix of independent rows is no reason for a shorter step: soft rows and the step again.
     bool softened(Corrector result);
     /// Takes out of multipliers what moves nothing, with the present matrix; columns in rhs_ as long as one.

@@ -72,8 +72,10 @@ struct Simulation::Impl {
     // Pivots tell cheaply that the rank may have changed; then it is found out.
     void watch_rank(const State& s) {
         constexpr std::size_t most = 100;
-        if (!consistent.soft() ||
-            consistent.deficiency() == std::exchange(deficiency, consistent.deficiency()))
+        if (!consistent.soft())
+            return;
+        const int found = consistent.deficiency();
+        if (found == std::exchange(deficiency, found))
             return;
         RedundancyReport report = find_redundancy(system, s);
         const int now = static_cast<int>(report.dependent.size());
