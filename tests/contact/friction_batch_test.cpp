@@ -1,26 +1,15 @@
 #include "contact/friction_batch.hpp"
+#include "tests/contact/friction_tools.hpp"
 #include "tests/core/force_tools.hpp"
-#include "tests/solvers/system_tools.hpp"
 
 namespace gudgeon {
 namespace {
 
+using test::lugre;
 using test::random_pair;
 using test::Scene;
 using Slider = FrictionKernel<DisplacementMeasure>;
 using Pin = FrictionKernel<AngleMeasure>;
-
-Friction lugre() {
-    Friction friction;
-    friction.kind = "lugre";
-    friction.kinetic = 0.3;
-    friction.statics = 0.5;
-    friction.speed = 0.8;
-    friction.sigma0 = 40;
-    friction.sigma1 = 0.2;
-    friction.sigma2 = 0.05;
-    return friction;
-}
 
 Friction coulomb(double speed = 0.5) {
     Friction friction;
