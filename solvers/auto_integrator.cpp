@@ -77,13 +77,15 @@ AutoIntegrator::Choice AutoIntegrator::first_choice(const State& state) {
     return {true, "smooth at the start: few long steps of order 5"};
 }
 
-void AutoIntegrator::use(const Choice& choice, const State& state) {
-    std::unique_ptr<Integrator>& wanted = choice.radau ? radau_ : gear_;
+Integrator& AutoIntegrator::method(bool radau) {
+    std::unique_ptr<Integrator>& wanted = radau ? radau_ : gear_;
     if (!wanted)
-        wanted = choice.radau ? make_radau(system_, options_) : make_gear(system_, options_);
-    const VecX external = active_->workspace().external;
-    active_ = wanted.get();
-    active_->workspace().external = external;
+        wanted = radau ? make_radau(system_, options_) : make_gear(system_, options_);
+    return *wanted;
+}
+
+void AutoIntegrator::activate(Integrator& method) {
+    active_ = &method;
     active_->on_step = [this](const StepRecord& step) {
         if (step.reason == StepReason::none) {
             ++window_.steps;
@@ -97,9 +99,33 @@ void AutoIntegrator::use(const Choice& choice, const State& state) {
             on_step(step);
     };
     active_->set_on_contact(on_contact_);
+}
+
+void AutoIntegrator::use(const Choice& choice, const State& state) {
+    const VecX external = active_->workspace().external;
+    activate(method(choice.radau));
+    active_->workspace().external = external;
     window_ = {};
     uses_.push_back({state.t, active_->name(), choice.why});
     active_->start(state);
+}
+
+// Both methods: the work of the one that rests is part of the statistics, and its matrix, pivots and size of
+// step serve again when it comes back.
+void AutoIntegrator::visit(Archive& archive) {
+    archive.section(name());
+    bool radau = active_ == radau_.get(), gear = gear_ != nullptr;
+    archive(radau, gear, uses_, window_, fastest_, changes_, radau_barred_);
+    if (archive.reading()) {
+        if (gear)
+            method(false);
+        else
+            gear_.reset();
+        activate(method(radau));
+    }
+    radau_->visit(archive);
+    if (gear)
+        gear_->visit(archive);
 }
 
 void AutoIntegrator::start(const State& state) {

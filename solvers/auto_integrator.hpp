@@ -24,6 +24,8 @@ class AutoIntegrator final : public Integrator {
     void interpolate(double t, State& out) const override { active_->interpolate(t, out); }
     void set_on_contact(std::function<void(const ContactEvent&)> f) override { on_contact_ = std::move(f); }
     const Statistics& statistics() const override;
+    void visit(Archive& archive) override;
+    bool goes_on_exactly() const override { return true; }
     Workspace& workspace() override { return active_->workspace(); }
     std::vector<IntegratorUse> uses() const override { return uses_; }
 
@@ -35,10 +37,13 @@ class AutoIntegrator final : public Integrator {
     struct Window { // since the last look
         long steps = 0, rejected = 0, not_converged = 0, order_sum = 0;
         double error_sum = 0; // of the accepted steps, 1 is the limit
+        void visit(Archive& archive) { archive(steps, rejected, not_converged, order_sum, error_sum); }
     };
 
     Choice first_choice(const State& state);
     void use(const Choice& choice, const State& state);
+    Integrator& method(bool radau);
+    void activate(Integrator& method);
     void look_at_the_run();
 
     const System& system_;

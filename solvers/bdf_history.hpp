@@ -1,6 +1,7 @@
 // Past points of a multistep method on a variable grid, and the weights of its polynomials.
 #pragma once
 
+#include "core/archive.hpp"
 #include "core/types.hpp"
 
 #include <array>
@@ -50,10 +51,13 @@ class BdfHistory {
     void combine_lambda(int n, const double* w, VecX& lambda) const;
     void combine_z(int n, const double* w, VecX& z) const;
 
+    void visit(Archive& archive) { archive(slots_, times_, head_, points_); }
+
   private:
     struct Slot {
         double t = 0;
         VecX q, u, lambda, z;
+        void visit(Archive& archive) { archive(t, q, u, lambda, z); }
     };
     const Slot& slot(int i) const { return slots_[(head_ - i + 2 * capacity) % capacity]; }
 

@@ -26,6 +26,9 @@ struct ComplexKluSolver::Impl {
     Equilibration scaling;
     std::vector<double> magnitude, factors;
     std::vector<std::complex<double>> scaled, solution;
+    std::vector<std::complex<double>> pivoted; // scaled, at the full factorisation that chose the pivots
+    std::vector<int> chosen;                   // ordering of the symbolic analysis; empty: none yet
+    bool refactored = false;                   // the factors are those of scaled with the pivots of pivoted
     LinearSolverCounts counts;
     bool factored = false;
 
@@ -46,6 +49,8 @@ struct ComplexKluSolver::Impl {
     bool full();
     bool choose();
     bool refactor();
+    bool refactor_values();
+    void rebuild();
     bool pivots_serve();
     void load(std::span<const std::complex<double>> v) {
         for (std::size_t p = 0; p < scaled.size(); ++p)
@@ -55,6 +60,7 @@ struct ComplexKluSolver::Impl {
 
 void ComplexKluSolver::Impl::order(std::vector<int> perm) {
     release();
+    chosen = perm;
     symbolic = klu_analyze_given(pattern.cols, pattern.col_start.data(), pattern.row.data(), perm.data(),
                                  perm.data(), &common);
     if (!symbolic)
@@ -63,6 +69,8 @@ void ComplexKluSolver::Impl::order(std::vector<int> perm) {
 
 bool ComplexKluSolver::Impl::full() {
     release_numeric();
+    pivoted = scaled;
+    refactored = false;
     numeric = klu_z_factor(pattern.col_start.data(), pattern.row.data(), values(), symbolic, &common);
     if (common.status < KLU_OK)
         throw std::bad_alloc();
@@ -82,6 +90,7 @@ bool ComplexKluSolver::Impl::choose() {
     }
     if (best.empty()) {
         release();
+        chosen.clear();
         return false;
     }
     order(best);
@@ -95,10 +104,26 @@ bool ComplexKluSolver::Impl::pivots_serve() {
            common.rcond > smallest_pivot_share;
 }
 
-bool ComplexKluSolver::Impl::refactor() {
+bool ComplexKluSolver::Impl::refactor_values() {
+    refactored = true;
     return klu_z_refactor(pattern.col_start.data(), pattern.row.data(), values(), symbolic, numeric,
                           &common) &&
-           common.status == KLU_OK && pivots_serve();
+           common.status == KLU_OK;
+}
+
+bool ComplexKluSolver::Impl::refactor() { return refactor_values() && pivots_serve(); }
+
+// Factors of a loaded matrix by the operations that made them.
+void ComplexKluSolver::Impl::rebuild() {
+    const bool again = refactored;
+    const std::vector<std::complex<double>> last = scaled;
+    order(std::vector<int>(chosen));
+    scaled = pivoted;
+    bool good = full() && klu_z_sort(symbolic, numeric, &common);
+    scaled = last;
+    good = good && (!again || refactor_values());
+    if (!good)
+        throw ArchiveError("holds a matrix that cannot be factored");
 }
 
 ComplexKluSolver::ComplexKluSolver() : impl_(std::make_unique<Impl>()) {
@@ -121,6 +146,23 @@ void ComplexKluSolver::analyse(const CscPattern& pattern) {
     s.scaled.assign(pattern.nonzeros(), 0.0);
     s.factored = false;
     ++s.counts.analyses;
+}
+
+void ComplexKluSolver::visit(Archive& archive) {
+    Impl& s = *impl_;
+    LinearSolverCounts& c = s.counts;
+    archive.section("complex klu");
+    archive.same(s.pattern.nonzeros(), "a matrix of another size");
+    bool numeric = s.numeric != nullptr;
+    archive(numeric, s.chosen, s.scaling, s.factors, s.scaled, s.pivoted, s.refactored, s.factored);
+    archive(c.analyses, c.factorisations, c.refactorisations, c.solves, c.off_diagonal_pivots);
+    if (!archive.reading())
+        return;
+    s.release();
+    if (numeric)
+        s.rebuild();
+    else if (!s.chosen.empty())
+        s.order(s.chosen);
 }
 
 FactorStatus ComplexKluSolver::factor(std::span<const std::complex<double>> values) {

@@ -1,6 +1,7 @@
 // Sparse LU of complex saddle-point matrices by KLU (Davis & Palamadai Natarajan 2010).
 #pragma once
 
+#include "core/archive.hpp"
 #include "solvers/linear_solver.hpp"
 
 #include <complex>
@@ -18,6 +19,8 @@ class ComplexKluSolver {
     ComplexKluSolver& operator=(const ComplexKluSolver&) = delete;
 
     void analyse(const CscPattern& pattern);
+    /// As KluSolver::visit.
+    void visit(Archive& archive);
     FactorStatus factor(std::span<const std::complex<double>> values);
     /// In place, n x columns, column by column.
     void solve(std::span<std::complex<double>> rhs, int columns);

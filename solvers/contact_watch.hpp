@@ -56,6 +56,8 @@ class ContactWatch {
     /// Step that follows the contacts begun in the last committed step, s; infinite if there were none.
     double suggested_step() const { return suggested_; }
 
+    void visit(Archive& archive) { archive(starts_, before_, before_speed_, changed_, suggested_); }
+
     /// Starts, ends and rejected starts are told to this function where set.
     std::function<void(const ContactEvent&)> on_contact;
 
@@ -64,6 +66,7 @@ class ContactWatch {
         int channel;
         double t, speed;
         double depth; // m or rad, there: 0 but for contacts that appear at a depth
+        void visit(Archive& archive) { archive(channel, t, speed, depth); }
     };
     Verdict look(double t0, double t1, Workspace& ws, const MotionAt& motion_at);
     ContactSample sample_at(double t, int channel, Workspace& ws, const MotionAt& motion_at);

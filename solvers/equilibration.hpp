@@ -1,6 +1,7 @@
 // Row and column scaling by powers of two: exact in floating point, so it adds no rounding.
 #pragma once
 
+#include "core/archive.hpp"
 #include "core/sparse.hpp"
 
 #include <span>
@@ -20,6 +21,8 @@ class Equilibration {
     void analyse(const CscPattern& pattern);
     /// Finite values only. No allocation after analyse().
     void compute(std::span<const double> values);
+    /// The scaling alone: compute() needs nothing else of the past.
+    void visit(Archive& archive) { archive(row_, col_); }
     const std::vector<double>& row() const { return row_; }
     const std::vector<double>& col() const { return col_; }
 

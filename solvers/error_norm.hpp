@@ -3,6 +3,7 @@
 // its absolute tolerance is atol times System::state_scales, a change of the friction coefficient by atol.
 #pragma once
 
+#include "core/archive.hpp"
 #include "core/system.hpp"
 
 #include <cmath>
@@ -19,6 +20,7 @@ class ErrorNorm {
     struct Value {
         double norm = 0; // root mean square over the 13 numbers of the worst body
         int body = -1;   // none: a friction state
+        void visit(Archive& archive) { archive(norm, body); }
     };
     /// Of a difference (q - q2, u - u2) times factor.
     Value difference(const VecX& q, const VecX& q2, const VecX& u, const VecX& u2, double factor) const;
@@ -31,6 +33,8 @@ class ErrorNorm {
     static Value worse(const Value& x, const Value& y) {
         return x.norm >= y.norm || std::isnan(x.norm) ? x : y;
     }
+
+    void visit(Archive& archive) { archive(q_weight_, u_weight_, z_weight_); }
 
   private:
     int moving_;

@@ -77,6 +77,14 @@ void Gear::start(const State& state) {
     integrate_powers(state_.t);
 }
 
+// What predict() and correct() fill before they use it is left out.
+void Gear::visit(Archive& archive) {
+    ImplicitIntegrator::visit(archive);
+    archive(history_, order_, kink_, contact_begun_, step_order_, t_try_, a0_, matrix_a0_, lambda_points_,
+            matrix_fresh_, refresh_wanted_, contraction_, real_points_, order_cap_, cap_steps_,
+            last_rejection_, steps_at_order_, power_t_, power_, powers_);
+}
+
 // Step for which the first-order error, 1/2 h^2 |y''|, is a quarter of the limit; y'' by a trial difference.
 double Gear::first_step(const VecX& q_rate, const VecX& u_rate) {
     const VecX z_slope = z_rate_;

@@ -17,6 +17,7 @@ class Gear final : public ImplicitIntegrator {
 
     const char* name() const override { return "gear"; }
     void start(const State& state) override;
+    void visit(Archive& archive) override;
     void interpolate(double t, State& out) const override;
 
   private:

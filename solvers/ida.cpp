@@ -72,6 +72,7 @@ class Ida final : public Integrator {
         watch_.on_contact = std::move(f);
     }
     void start(const State& state) override;
+    void visit(Archive& archive) override;
     StepOutcome advance(double t_stop) override;
     void interpolate(double t, State& out) const override;
 
@@ -219,6 +220,17 @@ void Ida::start(const State& state) {
     require(IDASetLinearSolver(ida, sun_.solver, sun_.matrix), "linear solver");
     require(IDASetJacFn(ida, &Ida::jacobian), "Jacobian");
     initialised_ = true;
+}
+
+// IDA keeps its history to itself: it starts anew from the state, with the work so far counted on.
+void Ida::visit(Archive& archive) {
+    Statistics statistics = statistics_;
+    IdaLinearRecord linear = linear_;
+    Integrator::visit(archive);
+    archive(statistics, linear.factor_seconds, linear.solve_seconds, linear.factorisations,
+            linear.refactorisations, linear.nnz_factors);
+    statistics_ = statistics;
+    linear_ = linear;
 }
 
 template <class F> int Ida::guarded(F&& f) {

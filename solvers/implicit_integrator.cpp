@@ -164,6 +164,13 @@ const Statistics& ImplicitIntegrator::statistics() const {
     return statistics_;
 }
 
+// Scratch that every use fills first (rhs_, source_, decay_, consistent_) is left out.
+void ImplicitIntegrator::visit(Archive& archive) {
+    archive.section(name());
+    archive(statistics_, ws_, solver_, norm_, watch_, values_, state_, z_rate_, h_, full_h_, phi_worst_,
+            rate_worst_, error_, increment_, rejections_in_row_);
+}
+
 void ImplicitIntegrator::begin(const State& state, VecX& acceleration) {
     state_ = state;
     ws_.angles = state.angles;

@@ -1,7 +1,11 @@
 // One interface for all integrators of the equations of motion.
 #pragma once
 
+<<<<<<< HEAD
 #include "core/assembly.hpp"
+=======
+#include "core/archive_state.hpp"
+>>>>>>> 9e5766f (Simulations are saved and loaded whole, and go on to the last bit)
 #include "core/state.hpp"
 
 #include <array>
@@ -49,6 +53,7 @@ struct PhaseTimes {
     double solve = 0;
     double control = 0; // predictor, error test, step and order
     double output = 0;  // interpolation, projection and accelerations at samples
+    void visit(Archive& archive) { archive(evaluate, assemble, factor, solve, control, output); }
 };
 
 struct Statistics {
@@ -68,6 +73,8 @@ struct Statistics {
     double constraint_position_max = 0, constraint_velocity_max = 0; // at accepted steps
     PhaseTimes seconds;
 
+    void visit(Archive& archive);
+
     /// Work of two integrators that shared a run.
     Statistics& operator+=(const Statistics& other);
 };
@@ -76,6 +83,7 @@ struct Statistics {
 struct IntegratorUse {
     double from; // s
     std::string name, why;
+    void visit(Archive& archive) { archive(from, name, why); }
 };
 
 /// Why a step was rejected or a run stopped.
@@ -141,6 +149,13 @@ class Integrator {
     /// State at a time inside the last accepted step, by the method's own interpolant (constraints hold
     /// to the tolerance; project_state() closes them).
     virtual void interpolate(double t, State& out) const = 0;
+
+    /// Saves or loads all that the next steps depend on, and the statistics. Loading wants an integrator of
+    /// the same kind, system and options that was started somewhere; on_step and on_contact stay its own.
+    /// Here: the state alone, from which loading starts anew. Throws ArchiveError.
+    virtual void visit(Archive& archive);
+    /// A loaded integrator takes the same steps to the last bit; false: it starts anew.
+    virtual bool goes_on_exactly() const { return false; }
 
     virtual const Statistics& statistics() const = 0;
     virtual Workspace& workspace() = 0; // external loads are set here

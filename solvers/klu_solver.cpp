@@ -57,6 +57,9 @@ struct KluSolver::Impl {
     Equilibration scaling;
     std::vector<double> factors; // row[i] * col[j] per entry
     std::vector<double> scaled;  // the matrix that is factored
+    std::vector<double> pivoted; // the one whose full factorisation chose the pivots
+    std::vector<int> chosen;     // ordering of the symbolic analysis
+    bool refactored = false;     // the factors are those of scaled with the pivots of pivoted
     std::vector<double> magnitude;
     std::vector<double> scaled_rhs, solution, residual;
     double growth = 0;
@@ -72,12 +75,13 @@ struct KluSolver::Impl {
     void release_numeric();
     void load(std::span<const double> values);
     bool refactor();
-    void order(std::vector<int>& perm);
+    void order(std::vector<int> perm);
     bool choose_ordering();
     bool choose_pivots();
     bool factor_fully();
     bool pivots_serve();
     bool nearly_singular();
+    void rebuild();
     void reserve_columns(int columns);
     struct BackwardError {
         double componentwise = 0, normwise = 0;
@@ -113,8 +117,9 @@ bool KluSolver::Impl::refactor() {
     return pivots_serve() && growth <= std::max(options.largest_growth, 10 * growth_when_pivoted);
 }
 
-void KluSolver::Impl::order(std::vector<int>& perm) {
+void KluSolver::Impl::order(std::vector<int> perm) {
     release();
+    chosen = perm;
     symbolic = klu_analyze_given(pattern.cols, pattern.col_start.data(), pattern.row.data(), perm.data(),
                                  perm.data(), &common);
     if (!symbolic)
@@ -161,6 +166,8 @@ bool KluSolver::Impl::factor_fully() {
         return false;
     if (!choose_pivots())
         return false;
+    pivoted = scaled;
+    refactored = false;
     counts.off_diagonal_pivots = common.noffdiag;
     if (!klu_sort(symbolic, numeric, &common)) // columns in order: refactor and solve walk through memory
         throw std::bad_alloc();
@@ -202,6 +209,17 @@ bool KluSolver::Impl::nearly_singular() {
     if (!klu_condest(pattern.col_start.data(), scaled.data(), symbolic, numeric, &common))
         return true;
     return !(common.condest < options.largest_condition);
+}
+
+/// Factors of a loaded matrix by the operations that made them.
+void KluSolver::Impl::rebuild() {
+    order(std::vector<int>(chosen));
+    std::swap(scaled, pivoted);
+    const bool good = choose_pivots() && klu_sort(symbolic, numeric, &common);
+    std::swap(scaled, pivoted);
+    if (!good || (refactored && !klu_refactor(pattern.col_start.data(), pattern.row.data(), scaled.data(),
+                                              symbolic, numeric, &common)))
+        throw ArchiveError("holds a matrix that cannot be factored");
 }
 
 void KluSolver::Impl::reserve_columns(int columns) {
@@ -281,11 +299,33 @@ void KluSolver::analyse(const CscPattern& pattern) {
     s.scaling.analyse(pattern);
     s.factors.assign(pattern.nonzeros(), 1.0);
     s.scaled.assign(pattern.nonzeros(), 0.0);
+    s.pivoted.assign(pattern.nonzeros(), 0.0);
     s.magnitude.assign(n, 0.0);
     s.solution.clear();
     s.reserve_columns(2);
     s.analysed = true;
     ++s.counts.analyses;
+}
+
+void KluSolver::visit(Archive& archive) {
+    Impl& s = *impl_;
+    LinearSolverCounts& c = s.counts;
+    archive.section("klu");
+    archive.same(s.pattern.nonzeros(), "a matrix of another size");
+    bool numeric = s.numeric != nullptr, open = !s.candidates.empty();
+    archive(numeric, open, s.chosen, s.scaling, s.factors, s.scaled, s.pivoted, s.refactored, s.growth,
+            s.growth_when_pivoted, s.bad_column, s.factored, s.new_pivots);
+    archive(c.analyses, c.factorisations, c.refactorisations, c.solves, c.refinements, c.off_diagonal_pivots,
+            c.worst_growth, c.worst_backward_error);
+    if (!archive.reading())
+        return;
+    s.release();
+    if (!open)
+        s.candidates.clear();
+    if (numeric)
+        s.rebuild();
+    else if (!open && !s.chosen.empty())
+        s.order(s.chosen);
 }
 
 FactorStatus KluSolver::factor(std::span<const double> values) {
@@ -312,7 +352,7 @@ FactorStatus KluSolver::factor(std::span<const double> values) {
         s.load(values);
         if (s.refactor()) {
             ++s.counts.refactorisations;
-            s.factored = true;
+            s.factored = s.refactored = true;
             return {};
         }
     }

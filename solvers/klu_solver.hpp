@@ -1,6 +1,7 @@
 // Sparse LU of the saddle-point matrix by KLU (Davis & Palamadai Natarajan 2010).
 #pragma once
 
+#include "core/archive.hpp"
 #include "solvers/linear_solver.hpp"
 
 #include <memory>
@@ -45,6 +46,10 @@ class KluSolver : public LinearSolver {
 
     /// The next factor() chooses new pivots whatever the old ones are worth.
     void forget_pivots();
+
+    /// After analyse() of the same pattern. Loading repeats what made the present factors (the full
+    /// factorisation that chose the pivots, then the last refactorisation), which gives the same bits.
+    void visit(Archive& archive);
 
     void analyse(const CscPattern& pattern) override;
     FactorStatus factor(std::span<const double> values) override;

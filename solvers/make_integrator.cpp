@@ -48,6 +48,21 @@ Statistics& Statistics::operator+=(const Statistics& o) {
     return *this;
 }
 
+void Statistics::visit(Archive& archive) {
+    archive(steps, rejected_error, rejected_newton, rejected_contact, deep_starts, newton_sweeps,
+            constraint_polish, evaluations, factorisations, refactorisations, nnz_matrix, nnz_factors,
+            order_histogram, smallest_step, largest_step, constraint_position_max, constraint_velocity_max,
+            seconds);
+}
+
+void Integrator::visit(Archive& archive) {
+    archive.section(name());
+    State now = state();
+    archive(now, workspace().external);
+    if (archive.reading())
+        start(now);
+}
+
 const char* step_reason_name(StepReason reason) {
     switch (reason) {
     case StepReason::none:

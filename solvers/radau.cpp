@@ -68,6 +68,14 @@ void Radau::start(const State& state) {
     h_ = first_step();
 }
 
+// Of the step being tried only what the next one may read of it: its last slopes and decays.
+void Radau::visit(Archive& archive) {
+    ImplicitIntegrator::visit(archive);
+    archive(complex_, previous_, slope_, f_start_, z_matrix_decay_, power_, last_V_, last_Z_, last_lambda_,
+            last_z_, last_lambda_start_, last_h_, matrix_h_, matrix_t_, contraction_, last_error_, failed_h_,
+            steps_since_failure_, sweeps_, step_tried_, have_last_, matrix_current_);
+}
+
 // As for an explicit method of low order: a hundredth of the time in which the state changes by its size.
 double Radau::first_step() const {
     VecX q_rate;

@@ -23,6 +23,7 @@ class Radau final : public ImplicitIntegrator {
 
     const char* name() const override { return "radau"; }
     void start(const State& state) override;
+    void visit(Archive& archive) override;
     void interpolate(double t, State& out) const override;
     const Statistics& statistics() const override;
 

@@ -27,6 +27,7 @@ struct Point {
     VecX acceleration;
     VecX powers; // as State::work
     VecX z_rate; // of the friction states
+    void visit(Archive& archive) { archive(state, acceleration, powers, z_rate); }
 };
 
 /// q' = T(q) u
@@ -83,6 +84,9 @@ class Rk4 final : public Integrator {
         return statistics_;
     }
 
+    void visit(Archive& archive) override;
+    bool goes_on_exactly() const override { return true; }
+
     void set_on_contact(std::function<void(const ContactEvent&)> f) override {
         watch_.on_contact = std::move(f);
     }
@@ -130,6 +134,14 @@ class Rk4 final : public Integrator {
     StepOutcome started_;
     mutable Statistics statistics_;
 };
+
+// The slopes and sums of a step are formed anew in it. started_ of a run that goes on is ok.
+void Rk4::visit(Archive& archive) {
+    archive.section(name());
+    archive(equations_, ws_, watch_, before_, now_, next_, phi_, rate_, decay_, external_, statistics_);
+    if (archive.reading())
+        started_ = {};
+}
 
 StepOutcome Rk4::advance(double t_stop) {
     const double t = now_.state.t, remaining = t_stop - t;

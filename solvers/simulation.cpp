@@ -1,7 +1,9 @@
 #include "solvers/simulation.hpp"
 
 #include "contact/standard_forces.hpp"
+#include "core/archive.hpp"
 #include "core/matrices.hpp"
+#include "core/writer.hpp"
 #include "solvers/consistent.hpp"
 #include "solvers/notices.hpp"
 #include "solvers/phase_timer.hpp"
@@ -39,10 +41,12 @@ struct Simulation::Impl {
     State now; // state at time()
     double balance_start = 0, output_seconds = 0;
     Statistics statistics;
+    SimulationOptions options;
+    std::uint64_t model_sum = 0; // of its text, 0: not formed yet
 
-    Impl(Model model, const SimulationOptions& options)
-        : system(compile_all(std::move(model), options)), start(initial_state(system)), consistent(system),
-          ws(make_workspace(system)) {
+    Impl(Model model, const SimulationOptions& given)
+        : system(compile_all(std::move(model), given)), start(initial_state(system)), consistent(system),
+          ws(make_workspace(system)), options(given) {
         assemble();
         if (options.start == Start::equilibrium)
             rest();
@@ -100,6 +104,33 @@ struct Simulation::Impl {
         if (!statics->ok)
             throw EquilibriumError(statics->message, *statics);
         notices = statics->notices();
+    }
+
+    // What has to be the same for a checkpoint to fit.
+    void visit_identity(Archive& archive) {
+        if (model_sum == 0)
+            model_sum = crc64(write_model(system.model));
+        archive.same(std::string(GUDGEON_VERSION), "another version of the program");
+        archive.same(system.model.name, "another model");
+        archive.same(model_sum, fmt::format("another model of the name '{}', or the model was changed",
+                                            system.model.name));
+        archive.same(system.forces.size(), "a model with other user forces");
+        for (const auto& batch : system.forces)
+            archive.same(batch->size(), "a model with other user forces");
+        const IntegratorOptions& o = options.integration;
+        archive.same(options.integrator, "another integrator");
+        for (const double x : {o.rtol, o.atol, o.step})
+            archive.same(x, "other tolerances or another step");
+        archive.same(o.max_order, "another highest order");
+        archive.same(o.onset, "another rule for the onset of contacts");
+        archive.same(o.max_steps, "another greatest number of steps");
+    }
+
+    void visit(Archive& archive) {
+        archive.section("simulation");
+        visit_identity(archive);
+        integrator->visit(archive);
+        archive(now, balance_start, output_seconds);
     }
 
     // Closes the constraints of a state and evaluates everything there.
@@ -223,6 +254,20 @@ void Simulation::restore(const State& state) {
         throw std::invalid_argument("the state belongs to another system");
     impl_->integrator->start(state);
     impl_->now = impl_->integrator->state();
+}
+
+void Simulation::visit(Archive& archive) { impl_->visit(archive); }
+
+void Simulation::save(std::ostream& stream) {
+    Archive archive;
+    visit(archive);
+    write_sealed(stream, archive);
+}
+
+void Simulation::load(std::istream& stream) {
+    Archive archive = read_sealed(stream);
+    visit(archive);
+    archive.finish();
 }
 
 void Simulation::set_load(const std::string& body, const Vec3& force, const Vec3& moment) {

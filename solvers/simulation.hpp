@@ -14,6 +14,7 @@
 #include "solvers/statics.hpp"
 
 #include <functional>
+#include <iosfwd>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -94,6 +95,16 @@ class Simulation {
     /// State at time(), to be saved; restore() goes on from a saved state (the integrator starts anew).
     State state() const;
     void restore(const State& state);
+
+    /// Everything: a simulation of the same model, options and user forces that loads it goes on to the last
+    /// bit as the one that saved it would have (ida starts anew, see Integrator::goes_on_exactly). load()
+    /// throws ArchiveError (core/archive.hpp) for what is truncated, damaged, of another version, model or
+    /// options, and the object is of no more use then but for another load(). Errors of save() show in the
+    /// stream.
+    void save(std::ostream& stream);
+    void load(std::istream& stream);
+    /// Both, as a part of an archive.
+    void visit(Archive& archive);
 
     /// Load on a body from outside, kept until changed: force at the mass centre (N, global), moment
     /// (N m, global). The integrator restarts, since forces jump.
