@@ -20,6 +20,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Everything as typed; numbers are read by ourselves, so that messages name value and range.
 struct Typed {
     ModelArguments model;
+    std::string folder;
     std::vector<std::string> parameters, channels;
     std::map<std::string, std::string> options;
     bool steps = false, contacts = false, quiet = false;
@@ -82,6 +83,7 @@ void add_run_options(CLI::App& command, Typed& typed) {
         ->type_name("GLOB,...")
         ->delimiter(',')
         ->allow_extra_args(false);
+    option("--checkpoint", "S", "simulated time between checkpoints, for 'gudgeon resume'; default: none");
     option("--threads", "N", "threads, 1; the results do not depend on them");
     option(
         "--start", "WORD",
@@ -183,6 +185,7 @@ RunArguments run_arguments(const Typed& typed, ModelArguments model) {
     run.step = positive(typed, "--step");
     run.end = positive(typed, "--end");
     run.every = positive(typed, "--every");
+    run.checkpoint = positive(typed, "--checkpoint");
     run.threads = whole(typed, "--threads", 1024, run.threads);
     run.max_order = whole(typed, "--max-order", 5, run.max_order);
     for (const std::string& glob : typed.channels)
@@ -200,7 +203,8 @@ RunArguments run_arguments(const Typed& typed, ModelArguments model) {
 
 /// Named here, since CLI11 only says that a command is missing.
 void check_command(const std::vector<std::string>& args) {
-    const std::vector<std::string> commands{"run", "check", "statics", "modes", "list", "export"};
+    const std::vector<std::string> commands{"run",   "resume", "check", "statics",
+                                            "modes", "list",   "export"};
     const std::string allowed = listed(commands) + ", --version, --help";
     if (args.empty())
         throw UsageError("command line", "no command", allowed);
@@ -210,6 +214,11 @@ void check_command(const std::vector<std::string>& args) {
 }
 
 } // namespace
+
+void RunArguments::visit(Archive& archive) {
+    archive(model, integrator, formulation, start, rtol, atol, step, end, every, checkpoint, channels,
+            threads, max_order, out, onset, steps, contacts, quiet, given);
+}
 
 Arguments parse_arguments(const std::vector<std::string>& args) {
     CLI::App app("Multibody dynamics with perfect, compliant and worn joints.", "gudgeon");
@@ -222,6 +231,9 @@ Arguments parse_arguments(const std::vector<std::string>& args) {
     CLI::App* run = app.add_subcommand("run", "simulate a model");
     add_model(*run, typed, "MODEL", model);
     add_run_options(*run, typed);
+    CLI::App* resumed = app.add_subcommand("resume", "go on with a run that was interrupted or killed");
+    resumed->add_option("DIR", typed.folder, "the folder of the run's results")->required();
+    resumed->add_flag("--quiet", typed.quiet, "print errors only");
     CLI::App* check =
         app.add_subcommand("check", "validate, compile and assemble a model, without running it");
     add_model(*check, typed, "MODEL", model);
@@ -254,11 +266,13 @@ Arguments parse_arguments(const std::vector<std::string>& args) {
     typed.model.parameters = split_parameters(typed.parameters);
     using Command = Arguments::Command;
     out.command = *run       ? Command::run
+                  : *resumed ? Command::resume
                   : *check   ? Command::check
                   : *statics ? Command::statics
                   : *modes   ? Command::modes
                   : *list    ? Command::list
                              : Command::export_model;
+    out.resume = {typed.folder, typed.quiet};
     if (out.command == Command::run)
         out.run = run_arguments(typed, typed.model);
     if (out.command == Command::statics || out.command == Command::modes)

@@ -23,6 +23,8 @@ int dispatch(const Arguments& arguments, const Console& console) {
     switch (arguments.command) {
     case Arguments::Command::run:
         return run(arguments.run, console);
+    case Arguments::Command::resume:
+        return resume(arguments.resume, console);
     case Arguments::Command::check:
         return check(arguments.model, console);
     case Arguments::Command::statics:

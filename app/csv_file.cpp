@@ -5,21 +5,20 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <cstring>
+#include <fstream>
 
 namespace gudgeon {
 
-CsvFile::CsvFile(const std::filesystem::path& file, const std::vector<std::string>& names)
-    : file_(file), stream_(file, std::ios::binary) {
-    if (!stream_)
-        throw FileError(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
+CsvFile::CsvFile(const std::filesystem::path& file, const std::vector<std::string>& names) : file_(file) {
     buffer_ = "t";
     for (const std::string& name : names)
         buffer_ += "," + name;
     buffer_ += '\n';
     flush();
 }
+
+CsvFile::CsvFile(const std::filesystem::path& file, std::uint64_t length)
+    : file_(file, length), written_(length) {}
 
 void CsvFile::append(double t, std::span<const double> values, std::string_view word) {
     append_number(buffer_, t);
@@ -36,10 +35,38 @@ void CsvFile::append(double t, std::span<const double> values, std::string_view 
 }
 
 void CsvFile::flush() {
-    stream_.write(buffer_.data(), static_cast<std::streamsize>(buffer_.size()));
+    file_.write(buffer_);
+    written_ += buffer_.size();
     buffer_.clear();
-    if (!stream_.flush())
-        throw FileError(fmt::format("{}: cannot be written: {}", file_.string(), std::strerror(errno)));
+}
+
+void CsvFile::sync() {
+    flush();
+    file_.sync();
+}
+
+void read_csv_rows(const std::filesystem::path& file, std::size_t columns,
+                   const std::function<void(double t, std::span<const double> values)>& row) {
+    std::ifstream stream(file, std::ios::binary);
+    std::string line;
+    std::vector<double> numbers;
+    std::getline(stream, line); // header
+    for (std::size_t n = 2; std::getline(stream, line); ++n) {
+        numbers.clear();
+        for (std::size_t at = 0; at <= line.size();) {
+            const std::size_t comma = std::min(line.find(',', at), line.size());
+            const std::optional<double> number = to_number(std::string_view(line).substr(at, comma - at));
+            if (!number)
+                throw FileError(
+                    fmt::format("{}: line {} holds something that is no number", file.string(), n));
+            numbers.push_back(*number);
+            at = comma + 1;
+        }
+        if (numbers.size() != columns + 1)
+            throw FileError(fmt::format("{}: line {} has {} columns; allowed: {}", file.string(), n,
+                                        numbers.size(), columns + 1));
+        row(numbers[0], std::span(numbers).subspan(1));
+    }
 }
 
 } // namespace gudgeon

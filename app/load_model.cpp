@@ -21,7 +21,7 @@ std::vector<std::string> mechanism_names() {
     return names;
 }
 
-LoadedModel load_file(const ModelArguments& arguments) {
+LoadedModel load_text(const ModelArguments& arguments, std::string text) {
     std::map<std::string, double> overrides;
     for (const auto& [name, text] : arguments.parameters) {
         const std::optional<double> value = to_number(text);
@@ -30,14 +30,23 @@ LoadedModel load_file(const ModelArguments& arguments) {
                              fmt::format("'{}' is no finite number", text), "a finite number");
         overrides[name] = *value;
     }
-    LoadedModel loaded{read_model(arguments.model, overrides), false, {}};
+    LoadedModel loaded{parse_model(text, arguments.model, overrides), false, {}, {}};
+    loaded.text = std::move(text);
     loaded.parameters = loaded.model.parameters;
     if (loaded.model.parameters.empty())
         loaded.parameters = nlohmann::ordered_json::object();
     return loaded;
 }
 
+LoadedModel load_file(const ModelArguments& arguments) {
+    return load_text(arguments, read_model_text(arguments.model));
+}
+
 } // namespace
+
+LoadedModel load_again(const ModelArguments& arguments, const std::string& text) {
+    return text.empty() ? load_mechanism(arguments) : load_text(arguments, text);
+}
 
 LoadedModel load_mechanism(const ModelArguments& arguments) {
     const Mechanism* mechanism = find_mechanism(arguments.model);
@@ -45,8 +54,8 @@ LoadedModel load_mechanism(const ModelArguments& arguments) {
     if (!mechanism)
         throw UsageError("NAME", fmt::format("there is no ready mechanism '{}'", arguments.model),
                          suggestion(arguments.model, names) + listed(names));
-    LoadedModel loaded{build_mechanism(arguments.model, arguments.parameters), true,
-                       nlohmann::ordered_json::object()};
+    LoadedModel loaded{
+        build_mechanism(arguments.model, arguments.parameters), true, nlohmann::ordered_json::object(), {}};
     loaded.model.source = arguments.model;
     const ParameterValues values = read_parameters(*mechanism, arguments.parameters);
     for (const auto& [name, word] : values.words()) {

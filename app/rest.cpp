@@ -4,7 +4,7 @@
 #include "app/load_model.hpp"
 #include "app/numbers.hpp"
 #include "app/run_record.hpp"
-#include "app/text_files.hpp"
+#include "app/file_tools.hpp"
 #include "contact/standard_forces.hpp"
 #include "core/writer.hpp"
 #include "solvers/modes.hpp"
@@ -212,10 +212,10 @@ int statics(const RestArguments& arguments, const Console& console) {
     const RestForces forces = rest_forces(at.system, at.state, standard_force_builders());
     const fs::path folder = arguments.out.value_or(at.loaded.model.name);
     make_folder(folder);
-    write_text(folder / "statics.json",
+    write_atomically(folder / "statics.json",
                results(at, report, forces).dump(2, ' ', false, ordered_json::error_handler_t::replace) +
                    '\n');
-    write_text(folder / "equilibrium.json", write_model(model_at(at.system, at.state)));
+    write_atomically(folder / "equilibrium.json", write_model(model_at(at.system, at.state)));
     if (!arguments.quiet)
         console.out << equilibrium_report(at.system, report) << notice_report(report.notices())
                     << tables(at.system, at.state, forces)
@@ -235,10 +235,10 @@ int modes(const RestArguments& arguments, const Console& console) {
     const ModesReport report = find_modes(at.system, at.state, options);
     const fs::path folder = arguments.out.value_or(at.loaded.model.name);
     make_folder(folder);
-    write_text(folder / "modes.json",
+    write_atomically(folder / "modes.json",
                modes_json(at, arguments, report).dump(2, ' ', false, ordered_json::error_handler_t::replace) +
                    '\n');
-    write_text(folder / "modes.csv", modes_csv(at.system, report));
+    write_atomically(folder / "modes.csv", modes_csv(at.system, report));
     if (!arguments.quiet)
         console.out << mode_table(at.system, report)
                     << fmt::format("{} neutral, {} unstable; written: {}, modes.csv\n", report.neutral,

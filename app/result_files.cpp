@@ -1,11 +1,12 @@
 #include "app/result_files.hpp"
 
-#include "app/text_files.hpp"
+#include "app/file_tools.hpp"
 #include "core/reader.hpp"
 
 #include <fmt/format.h>
 
 #include <array>
+#include <sstream>
 
 namespace gudgeon {
 
@@ -27,7 +28,9 @@ void remove_earlier(const fs::path& file) {
 ResultFiles::ResultFiles(const fs::path& folder, const Channels& channels, bool steps, bool contacts)
     : folder_(folder) {
     make_folder(folder);
-    for (const char* name : {"trajectory.csv", "trajectory.h5", "summary.json", "steps.csv", "contacts.csv"})
+    // the checkpoint first: it must never be found beside the files of another run
+    for (const char* name :
+         {checkpoint_name, "trajectory.csv", "trajectory.h5", "summary.json", "steps.csv", "contacts.csv"})
         remove_earlier(folder / name);
     csv_.emplace(folder / "trajectory.csv", channels.names());
     hdf5_.emplace(folder / "trajectory.h5", channels.names(), channels.units());
@@ -36,6 +39,54 @@ ResultFiles::ResultFiles(const fs::path& folder, const Channels& channels, bool 
     if (contacts)
         contacts_.emplace(folder / "contacts.csv",
                           std::vector<std::string>{"depth", "speed", "event", "joint", "contact"});
+}
+
+ResultFiles::ResultFiles(const fs::path& folder, const Channels& channels, const FilePositions& positions)
+    : folder_(folder) {
+    csv_.emplace(folder / "trajectory.csv", positions.trajectory);
+    if (positions.steps)
+        steps_.emplace(folder / "steps.csv", *positions.steps);
+    if (positions.contacts)
+        contacts_.emplace(folder / "contacts.csv", *positions.contacts);
+    remove_earlier(folder / "trajectory.h5");
+    remove_earlier(folder / "summary.json");
+    hdf5_.emplace(folder / "trajectory.h5", channels.names(), channels.units());
+}
+
+void ResultFiles::restore_hdf5(const Channels& channels) {
+    read_csv_rows(folder_ / "trajectory.csv", channels.names().size(),
+                  [this](double t, std::span<const double> values) { hdf5_->append(t, values); });
+}
+
+FilePositions ResultFiles::sync() {
+    FilePositions at;
+    csv_->sync();
+    at.trajectory = csv_->length();
+    if (steps_) {
+        steps_->sync();
+        at.steps = steps_->length();
+    }
+    if (contacts_) {
+        contacts_->sync();
+        at.contacts = contacts_->length();
+    }
+    return at;
+}
+
+void ResultFiles::write_checkpoint(const Archive& archive) {
+    std::ostringstream stream;
+    write_sealed(stream, archive);
+    write_atomically(folder_ / checkpoint_name, stream.view());
+}
+
+void ResultFiles::remove_checkpoint() {
+    std::error_code ignored; // of no use any more, but no harm either
+    fs::remove(folder_ / checkpoint_name, ignored);
+}
+
+bool ResultFiles::has_checkpoint() const {
+    std::error_code error;
+    return fs::exists(folder_ / checkpoint_name, error);
 }
 
 void ResultFiles::append(double t, std::span<const double> values) {
@@ -73,8 +124,9 @@ void ResultFiles::flush() {
 }
 
 void ResultFiles::write_summary(const nlohmann::ordered_json& summary) {
-    write_text(folder_ / "summary.json",
-               summary.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n');
+    const fs::path file = folder_ / "summary.json";
+    write_atomically(file,
+                     summary.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 } // namespace gudgeon

@@ -4,8 +4,7 @@
 #include "app/exit_codes.hpp"
 #include "app/interrupt.hpp"
 #include "app/progress.hpp"
-#include "app/result_files.hpp"
-#include "app/run_record.hpp"
+#include "app/session.hpp"
 #include "core/reader.hpp"
 
 #include <fmt/format.h>
@@ -18,211 +17,176 @@ namespace gudgeon {
 
 namespace {
 
-constexpr std::size_t most_columns = 2000;
-
-SimulationOptions simulation_options(const RunArguments& arguments) {
-    SimulationOptions options;
-    options.integrator = arguments.integrator;
-    options.integration.rtol = arguments.rtol;
-    options.integration.atol = arguments.atol.value_or(arguments.rtol);
-    options.integration.step = arguments.step.value_or(
-        options.integrator == "rk4" || options.integrator == "bayo" ? 1e-3 : options.integration.step);
-    options.integration.max_order = arguments.max_order;
-    options.integration.threads = arguments.threads;
-    options.integration.onset = arguments.onset;
-    options.integration.formulation = formulation_named(arguments.formulation);
-    options.start = arguments.start == "equilibrium" ? Start::equilibrium : Start::as_given;
-    return options;
-}
-
-OutputGrid output_grid(const RunArguments& arguments, const Model& model) {
-    const double end = arguments.end.value_or(model.end.value_or(1.0));
-    const bool usual = model.every && *model.every <= end; // a much shorter run gets its own interval
-    const double every = arguments.every.value_or(usual ? *model.every : end / 100);
-    try {
-        return {end, every};
-    } catch (const std::invalid_argument& error) {
-        throw UsageError("--every", error.what(), "a longer interval");
-    }
-}
-
-Channels choose_channels(const System& system, const std::vector<std::string>& globs) {
-    if (const std::size_t all = Channels::count_all(system); globs.empty() && all > most_columns) {
-        std::string examples = "'energy.*'";
-        if (!system.markers.empty())
-            examples = fmt::format("'{}.?', ", system.markers.front().name) + examples;
-        if (!system.joints.empty())
-            examples = fmt::format("'{}.f?', ", system.joints.front().name) + examples;
-        examples = fmt::format("'*.z', '{}.*', ", system.body_names.front()) + examples;
-        throw UsageError("--channels",
-                         fmt::format("the model has {} columns, more than the {} that are written unasked",
-                                     all, most_columns),
-                         "a choice of names with * and ?, several divided by commas, such as " + examples);
-    }
-    try {
-        return Channels(system, globs);
-    } catch (const std::invalid_argument& error) {
-        throw UsageError("--channels", error.what(), "names of columns with * and ?");
-    }
-}
-
-void begin_hdf5(Hdf5File& file, const LoadedModel& loaded, const SimulationOptions& options,
-                const Simulation& sim) {
-    file.attribute("model", loaded.model.name);
-    file.attribute("parameters", loaded.parameters.dump());
-    file.attribute("integrator", sim.integrator_name());
-    file.attribute("rtol", options.integration.rtol);
-    file.attribute("atol", options.integration.atol);
-    file.attribute("version", GUDGEON_VERSION);
-}
+namespace fs = std::filesystem;
 
 /// Steps freely and samples inside the steps; stops at the first failure or signal.
 class Loop {
   public:
-    Loop(Simulation& sim, const OutputGrid& grid, const Channels& channels, ResultFiles& files,
-         Progress& progress, const InterruptGuard& interrupt, RunRecord& record)
-        : sim_(sim), grid_(grid), channels_(channels), files_(files), progress_(progress),
-          interrupt_(interrupt), record_(record), row_(channels.names().size()) {}
+    Loop(Session& session, Progress& progress, const InterruptGuard& interrupt)
+        : s_(session), progress_(progress), interrupt_(interrupt), row_(session.channels.names().size()) {}
 
     void run() {
-        for (std::size_t k = 0; k < grid_.size(); ++k) {
-            if (!step_past(grid_.time(k)))
+        for (; s_.next < s_.grid.size(); ++s_.next) {
+            if (!step_past(s_.grid.time(s_.next)))
                 return;
-            write(grid_.time(k));
+            write(s_.grid.time(s_.next));
         }
     }
 
   private:
+    // Ends and checkpoints only where the next output time lies ahead: no sample inside the last step is
+    // missing.
     bool step_past(double t) {
-        if (interrupt_.requested())
-            return stop(RunRecord::Status::interrupted, "interrupted by the user");
-        while (sim_.time() < t) {
+        while (s_.sim.time() < t) {
+            if (interrupt_.requested())
+                return stop(RunRecord::Status::interrupted, "interrupted by the user");
+            s_.save_when_due();
             // One step: the next representable time lies inside it.
-            const double inside = std::nextafter(sim_.time(), std::numeric_limits<double>::infinity());
-            const StepOutcome outcome = sim_.advance_past(inside, grid_.end());
+            const double inside = std::nextafter(s_.sim.time(), std::numeric_limits<double>::infinity());
+            const StepOutcome outcome = s_.sim.advance_past(inside, s_.grid.end());
             if (!outcome.ok)
                 return stop(RunRecord::Status::failed, outcome.message);
-            progress_.update(sim_.time(), ++steps_);
-            if (interrupt_.requested() && sim_.time() < t)
-                return stop(RunRecord::Status::interrupted, "interrupted by the user");
+            progress_.update(s_.sim.time(), s_.sim.statistics().steps);
         }
         return true;
     }
 
     bool stop(RunRecord::Status status, const std::string& reason) {
-        record_.status = status;
-        record_.reason = reason;
+        s_.record.status = status;
+        s_.record.reason = reason;
         return false;
     }
 
     void write(double t) {
-        const Sample& sample = sim_.sample_at(t);
+        const Sample& sample = s_.sim.sample_at(t);
         const double begin = wall_seconds();
-        channels_.read(sample, row_);
-        files_.append(t, row_);
-        record_.write_seconds += wall_seconds() - begin;
-        record_.balance_max = std::max(record_.balance_max, std::abs(sample.balance));
-        ++record_.samples;
+        s_.channels.read(sample, row_);
+        s_.files->append(t, row_);
+        RunRecord& record = s_.record;
+        record.write_seconds += wall_seconds() - begin;
+        record.balance_max = std::max(record.balance_max, std::abs(sample.balance));
+        ++record.samples;
     }
 
-    Simulation& sim_;
-    const OutputGrid& grid_;
-    const Channels& channels_;
-    ResultFiles& files_;
+    Session& s_;
     Progress& progress_;
     const InterruptGuard& interrupt_;
-    RunRecord& record_;
     std::vector<double> row_;
-    long steps_ = 0;
 };
 
 /// Runs the loop, whatever ends it, and completes the record and the trajectories.
-void integrate(Loop& loop, Simulation& sim, ResultFiles& files, RunRecord& record) {
-    const double cpu = cpu_seconds(), wall = wall_seconds();
+void integrate(Session& s, Loop& loop) {
+    RunRecord& record = s.record;
+    s.start_clock();
     try {
         loop.run();
     } catch (const FileError&) {
         throw;
     } catch (const std::exception& error) {
         record.status = RunRecord::Status::failed;
-        record.reason = fmt::format("at t = {:.9g} s: {}", sim.time(), error.what());
+        record.reason = fmt::format("at t = {:.9g} s: {}", s.sim.time(), error.what());
     }
-    record.reached = sim.time();
+    if (record.status == RunRecord::Status::interrupted)
+        s.save_checkpoint();
+    record.reached = s.sim.time();
     const double begin = wall_seconds();
-    files.hdf5().attribute("status", status_name(record.status));
-    files.flush();
+    s.files->hdf5().attribute("status", status_name(record.status));
+    s.files->flush();
     record.write_seconds += wall_seconds() - begin;
-    record.cpu_seconds = cpu_seconds() - cpu;
-    record.wall_seconds = wall_seconds() - wall;
+    s.count_time();
+}
+
+void write_summary(Session& s) {
+    s.files->write_summary(summary(s.arguments, s.options, s.loaded, s.sim, s.grid, s.record));
+}
+
+/// The disk may be full: say so in the summary, if that can still be written, and how to go on later.
+[[noreturn]] void end_without_disk(Session& s, const FileError& error) {
+    s.record.status = RunRecord::Status::failed;
+    s.record.reason = error.what();
+    s.record.reached = s.sim.time();
+    try {
+        write_summary(s);
+    } catch (const FileError&) {
+        // the first error is the one to tell
+    }
+    if (!s.files->has_checkpoint())
+        throw FileError(error);
+    throw FileError(
+        fmt::format("{}; once that is mended: gudgeon resume {}", error.what(), s.files->folder().string()));
+}
+
+int finish(Session& s, const Console& console, const InterruptGuard& interrupt, bool quiet) {
+    try {
+        Progress progress(console, !quiet, s.grid.end());
+        Loop loop(s, progress, interrupt);
+        integrate(s, loop);
+        write_summary(s);
+    } catch (const FileError& error) {
+        end_without_disk(s, error);
+    }
+    if (!quiet)
+        console.out << run_report(s.loaded, s.sim, s.record, s.files->folder());
+    switch (s.record.status) {
+    case RunRecord::Status::ok:
+        s.files->remove_checkpoint();
+        return Exit::ok;
+    case RunRecord::Status::interrupted:
+        console.err << fmt::format(
+            "{}: interrupted at t = {:.9g} s of {:.9g} s; to go on: gudgeon resume {}\n",
+            s.loaded.model.source, s.sim.time(), s.grid.end(), s.files->folder().string());
+        return Exit::interrupted;
+    case RunRecord::Status::failed:
+        break;
+    }
+    console.err << fmt::format("{}: the integration stopped: {}\n", s.loaded.model.source, s.record.reason);
+    return Exit::stopped;
+}
+
+bool complete(const fs::path& folder) {
+    std::error_code error;
+    return fs::exists(folder / "summary.json", error) &&
+           !fs::exists(folder / ResultFiles::checkpoint_name, error);
 }
 
 } // namespace
 
 int run(const RunArguments& arguments, const Console& console) {
-    RunRecord record;
     const double begin = cpu_seconds();
     const InterruptGuard interrupt;
-    const LoadedModel loaded = load_model(arguments.model);
-    const OutputGrid grid = output_grid(arguments, loaded.model);
-    SimulationOptions options = simulation_options(arguments);
-    std::vector<ContactEvent> at_start; // before there are files
-    ResultFiles* log = nullptr;
-    const System* system = nullptr;
-    if (arguments.contacts)
-        options.on_contact = [&](const ContactEvent& event) {
-            if (log)
-                log->append(event, *system);
-            else
-                at_start.push_back(event);
-        };
-    Simulation sim(loaded.model, options);
-    const Channels channels = choose_channels(sim.system(), arguments.channels);
-    ResultFiles files(arguments.out.value_or(loaded.model.name), channels, arguments.steps,
-                      arguments.contacts);
-    system = &sim.system();
-    log = &files;
-    for (const ContactEvent& event : at_start)
-        files.append(event, *system);
-    if (arguments.steps)
-        sim.integrator().on_step = [&files](const StepRecord& step) { files.append(step); };
-    begin_hdf5(files.hdf5(), loaded, options, sim);
-    record.columns = channels.names().size();
-    record.setup_phases = sim.statistics().seconds;
-    record.setup_seconds = cpu_seconds() - begin;
+    Session s(arguments, load_model(arguments.model));
+    s.begin_files();
+    s.record.setup_seconds = cpu_seconds() - begin;
     if (!arguments.quiet)
-        console.out << assembly_report(sim.system(), sim.assembly())
-                    << (sim.statics() ? equilibrium_report(sim.system(), *sim.statics()) : "")
-                    << notice_report(sim.notices()) << std::flush;
+        console.out << assembly_report(s.sim.system(), s.sim.assembly())
+                    << (s.sim.statics() ? equilibrium_report(s.sim.system(), *s.sim.statics()) : "")
+                    << notice_report(s.sim.notices()) << std::flush;
+    if (!s.record.space.empty())
+        console.err << fmt::format("{}: {}\n", s.loaded.model.source, s.record.space);
+    return finish(s, console, interrupt, arguments.quiet);
+}
 
-    try {
-        Progress progress(console, !arguments.quiet, grid.end());
-        Loop loop(sim, grid, channels, files, progress, interrupt, record);
-        integrate(loop, sim, files, record);
-    } catch (const FileError& error) {
-        // The disk may be full: say so in the summary, if that can still be written.
-        record.status = RunRecord::Status::failed;
-        record.reason = error.what();
-        record.reached = sim.time();
-        try {
-            files.write_summary(summary(arguments, options, loaded, sim, grid, record));
-        } catch (const FileError&) {
-            // the first error is the one to tell
-        }
-        throw;
-    }
-    files.write_summary(summary(arguments, options, loaded, sim, grid, record));
+int resume(const ResumeArguments& arguments, const Console& console) {
+    const InterruptGuard interrupt;
+    const fs::path folder = arguments.folder;
+    if (complete(folder))
+        throw UsageError("DIR",
+                         fmt::format("the run in {} has ended, it left no checkpoint", folder.string()),
+                         "the folder of a run that was interrupted or killed");
+    const std::unique_ptr<Session> s = Session::from_checkpoint(folder);
+    const std::string& source = s->loaded.model.source;
     if (!arguments.quiet)
-        console.out << run_report(loaded, sim, record, files.folder());
-    switch (record.status) {
-    case RunRecord::Status::ok:
-        return Exit::ok;
-    case RunRecord::Status::interrupted:
-        return Exit::interrupted;
-    case RunRecord::Status::failed:
-        break;
-    }
-    console.err << fmt::format("{}: the integration stopped: {}\n", loaded.model.source, record.reason);
-    return Exit::stopped;
+        console.out << fmt::format("{}: going on from t = {:.9g} s of {:.9g} s\n", source, s->sim.time(),
+                                   s->grid.end());
+    if (!s->loaded.ready && s->model_file_differs())
+        console.err << fmt::format("{}: has changed since; the run goes on with the model as it was\n",
+                                   source);
+    if (!s->record.restarts.empty())
+        console.err << fmt::format(
+            "{}: {} starts anew at t = {:.9g} s: the same within the tolerances, not to "
+            "the last bit\n",
+            source, s->sim.integrator_name(), s->sim.time());
+    return finish(*s, console, interrupt, arguments.quiet);
 }
 
 } // namespace gudgeon

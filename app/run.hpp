@@ -1,4 +1,4 @@
-// `gudgeon run`.
+// `gudgeon run` and `gudgeon resume`.
 #pragma once
 
 #include "app/arguments.hpp"
@@ -6,7 +6,8 @@
 
 namespace gudgeon {
 
-/// Returns what the command ends with; throws what command_line() tells the user.
+/// Both return what the command ends with, and throw what command_line() tells the user.
 int run(const RunArguments& arguments, const Console& console);
+int resume(const ResumeArguments& arguments, const Console& console);
 
 } // namespace gudgeon

@@ -138,6 +138,11 @@ ordered_json uses_json(const Simulation& sim) {
 
 } // namespace
 
+void RunRecord::visit(Archive& archive) {
+    archive(samples, columns, balance_max, setup_seconds, cpu_seconds, wall_seconds, write_seconds,
+            setup_phases, restarts);
+}
+
 const char* status_name(RunRecord::Status status) {
     switch (status) {
     case RunRecord::Status::ok:
@@ -168,6 +173,7 @@ ordered_json summary(const RunArguments& arguments, const SimulationOptions& use
                      {"columns", record.columns},
                      {"integrator", sim.integrator_name()},
                      {"integrators_used", uses_json(sim)},
+                     {"restarts", record.restarts},
                      {"formulation", sim.formulation()},
                      {"linear_solver", sim.linear_solver()},
                      {"rtol", options.rtol},
@@ -283,6 +289,10 @@ std::string run_report(const LoadedModel& loaded, const Simulation& sim, const R
         record.reached, sim.integrator_name(), sim.linear_solver(), record.cpu_seconds, record.setup_seconds);
     if (record.status == RunRecord::Status::interrupted)
         text += "  interrupted; what was computed is written\n";
+    for (const double t : record.restarts)
+        text += fmt::format("  {} started anew from the checkpoint at t = {:.9g} s: the same within the "
+                            "tolerances, not to the last bit\n",
+                            sim.integrator_name(), t);
     text += fmt::format(
         "  steps: {}, rejected: {} by error, {} by Newton, {} by contact; a step took {:.2f} sweeps and "
         "{:.2f} solves to close the constraints\n",

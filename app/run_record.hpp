@@ -16,8 +16,11 @@ struct RunRecord {
     std::size_t samples = 0, columns = 0;
     double balance_max = 0; // J, over the samples
     double setup_seconds = 0, cpu_seconds = 0, wall_seconds = 0;
-    double write_seconds = 0; // wall clock, of the files
-    PhaseTimes setup_phases;  // wall clock spent before the first step, part of the statistics
+    double write_seconds = 0;     // wall clock, of the files
+    PhaseTimes setup_phases;      // wall clock spent before the first step, part of the statistics
+    std::vector<double> restarts; // s, where the integrator started anew from a checkpoint
+    std::string space;            // notice that the disk may be too small; empty: none
+    void visit(Archive& archive);
 };
 
 const char* status_name(RunRecord::Status status);

@@ -176,7 +176,7 @@ Model parse_model(std::string_view text, std::string source, const std::map<std:
     return model;
 }
 
-Model read_model(const std::filesystem::path& file, const std::map<std::string, double>& overrides) {
+std::string read_model_text(const std::filesystem::path& file) {
     const std::string name = file.string();
     std::error_code error;
     if (std::filesystem::is_directory(file, error))
@@ -189,7 +189,11 @@ Model read_model(const std::filesystem::path& file, const std::map<std::string, 
         text << stream.rdbuf();
     if (stream.bad() || text.bad())
         throw FileError(fmt::format("{}: cannot be read", name));
-    return parse_model(text.str(), name, overrides);
+    return text.str();
+}
+
+Model read_model(const std::filesystem::path& file, const std::map<std::string, double>& overrides) {
+    return parse_model(read_model_text(file), file.string(), overrides);
 }
 
 } // namespace gudgeon

@@ -21,7 +21,10 @@ class FileError : public std::runtime_error {
 /// Throws FileError if the file cannot be read, ModelError for everything that is refused in it.
 Model read_model(const std::filesystem::path& file, const std::map<std::string, double>& overrides = {});
 
-/// The same for text; source names it in messages.
+/// The text of a model file. Throws FileError.
+std::string read_model_text(const std::filesystem::path& file);
+
+/// The same as read_model() for text; source names it in messages.
 Model parse_model(std::string_view text, std::string source,
                   const std::map<std::string, double>& overrides = {});
 
