@@ -4,6 +4,7 @@
 #include "app/exit_codes.hpp"
 #include "app/rest.hpp"
 #include "app/run.hpp"
+#include "core/bad_numbers.hpp"
 #include "core/reader.hpp"
 #include "solvers/simulation.hpp"
 
@@ -63,6 +64,8 @@ int command_line(const std::vector<std::string>& args, const Console& console) {
     } catch (const AssemblyError& error) {
         return fail(Exit::assembly, source_of(arguments) + ": " + error.what());
     } catch (const EquilibriumError& error) {
+        return fail(Exit::stopped, source_of(arguments) + ": " + error.what());
+    } catch (const BadNumberError& error) {
         return fail(Exit::stopped, source_of(arguments) + ": " + error.what());
     } catch (const FileError& error) {
         return fail(Exit::files, error.what());

@@ -161,7 +161,7 @@ std::unique_ptr<ForceBatch> build_displacements(const CompileContext& context) {
                      to_a * given->axis.normalized()};
         x.law = compile_friction(given->friction);
         x.normal_force = given->friction.normal_force.value_or(0);
-        batch->add(std::move(x));
+        batch->add(std::move(x), given->name);
     }
     for_joint_frictions(context, [&](int j, const Friction& friction, const std::string& coordinate) {
         if (coordinate.starts_with("angle"))

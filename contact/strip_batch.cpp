@@ -235,6 +235,19 @@ void StripBatch::add_joint_wrenches(const Evaluation& e, std::span<Wrench> wrenc
     }
 }
 
+std::optional<ElementName> StripBatch::find_bad(const Evaluation& e) const {
+    for (const StripJoint& x : joints_.items()) {
+        const Vec6 w = joint_wrench(e, x);
+        const PairWrench pair =
+            on_bodies(e.body[x.a], e.body[x.b], point_position(e.body[x.a], x.cylinders.point_a), w);
+        const EnergyRates r = joint_energies(e, x);
+        if (!pair.force_a.allFinite() || !pair.moment_a.allFinite() || !pair.moment_b.allFinite() ||
+            !std::isfinite(r.elastic) || !std::isfinite(r.dissipated_power))
+            return ElementName{"", x.joint, x.a, x.b};
+    }
+    return {};
+}
+
 std::size_t StripBatch::scratch_size() const { return 6 * blocks_.size(); }
 
 } // namespace gudgeon

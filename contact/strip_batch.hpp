@@ -60,6 +60,7 @@ class StripBatch final : public ForceBatch {
     void declare_states(std::vector<double>& scales) override;
     void state_terms(const Evaluation& e, double* source, double* decay) const override;
 
+    std::optional<ElementName> find_bad(const Evaluation& e) const override;
     std::size_t scratch_size() const override;
     void place_scratch(std::size_t first) override { scratch_ = first; }
 

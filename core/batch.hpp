@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -131,6 +132,13 @@ struct Wrench {
     Vec3 moment = Vec3::Zero();
 };
 
+/// An element for a message.
+struct ElementName {
+    std::string name; // of a force; empty: an element of a joint
+    int joint = -1;
+    int a = 0, b = 0; // bodies
+};
+
 /// Elements that push: f += forces, C, S += their derivatives.
 class ForceBatch {
   public:
@@ -143,6 +151,9 @@ class ForceBatch {
     virtual EnergyRates energies(const Evaluation& e) const = 0;
     /// For joints made of this batch: their wrench on b, added to wrenches[joint].
     virtual void add_joint_wrenches(const Evaluation&, std::span<Wrench>) const {}
+
+    /// The first element whose force, derivatives or energies are no finite numbers.
+    virtual std::optional<ElementName> find_bad(const Evaluation&) const { return {}; }
 
     // Contacts: batches that have them
     /// Appends its channels once; the batch keeps the number of its first one.

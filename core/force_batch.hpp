@@ -9,6 +9,7 @@
 #include "core/batch.hpp"
 #include "core/block_layout.hpp"
 
+#include <cmath>
 #include <utility>
 
 namespace gudgeon {
@@ -19,13 +20,21 @@ struct ForceElement {
     int pair = 0;         // blocks of the derivatives, filled by the batch
     int joint = -1;       // joint whose reaction this is
     bool swapped = false; // a is the joint's second body
+    int name = -1;        // in the batch's list of names, -1: none
 };
 
 template <class Kernel> class ForceBatchOf : public ForceBatch {
   public:
     using Element = typename Kernel::Element;
 
-    void add(Element element) { elements_.items().push_back(std::move(element)); }
+    /// name: of a force of the model; elements of joints have none.
+    void add(Element element, const std::string& name = {}) {
+        if (!name.empty()) {
+            element.name = static_cast<int>(names_.size());
+            names_.push_back(name);
+        }
+        elements_.items().push_back(std::move(element));
+    }
     const std::vector<Element>& elements() const { return elements_.items(); }
 
     const char* kind() const override { return Kernel::name; }
@@ -74,8 +83,29 @@ template <class Kernel> class ForceBatchOf : public ForceBatch {
         }
     }
 
+    std::optional<ElementName> find_bad(const Evaluation& e) const override {
+        for (const Element& x : elements_.items()) {
+            const PairWrench w = Kernel::wrench(e, x);
+            const EnergyRates r = Kernel::energies(e, x);
+            BlockMatrix c, s;
+            c.set_zero();
+            s.set_zero();
+            Kernel::linearise(e, x, c, s);
+            bool good = w.force_a.allFinite() && w.moment_a.allFinite() && w.force_b.allFinite() &&
+                        w.moment_b.allFinite() && std::isfinite(r.elastic) &&
+                        std::isfinite(r.dissipated_power) && std::isfinite(r.input_power);
+            for (int i = 0; i < 4; ++i)
+                for (int j = 0; j < 4; ++j)
+                    good = good && c.block[i][j].allFinite() && s.block[i][j].allFinite();
+            if (!good)
+                return ElementName{x.name < 0 ? "" : names_[x.name], x.joint, x.a, x.b};
+        }
+        return {};
+    }
+
   protected:
     ColouredElements<Element> elements_;
+    std::vector<std::string> names_;
 };
 
 /// -B^T g on the two bodies: the wrench of a force g conjugate to a measure with gradient B.

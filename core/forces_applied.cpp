@@ -59,7 +59,7 @@ template <bool follows> std::unique_ptr<ForceBatch> build_applied_forces(const C
             x.point = applied->body_frame ? applied->point : context.in_body(x.b, applied->point);
         }
         x.time = applied->time;
-        batch->add(std::move(x));
+        batch->add(std::move(x), applied->name);
     }
     if (batch->size() == 0)
         return nullptr;

@@ -186,7 +186,7 @@ std::unique_ptr<ForceBatch> build_spring_dampers(const CompileContext& context) 
         }
         const auto& start = context.system.start;
         set_free_length(context, i, *spring, distance::value(start[x.a], start[x.b], x.sa, x.sb), x);
-        batch->add(std::move(x));
+        batch->add(std::move(x), spring->name);
     }
     if (batch->size() == 0)
         return nullptr;

@@ -61,7 +61,7 @@ std::unique_ptr<ForceBatch> build_torsion_springs(const CompileContext& context)
         x.free_angle = spring->free_angle;
         if (!spring->table.empty())
             x.table = std::make_shared<const Spline>(spring->table, Spline::Ends::linear);
-        batch->add(std::move(x));
+        batch->add(std::move(x), spring->name);
     }
     if (batch->size() == 0)
         return nullptr;

@@ -98,7 +98,7 @@ template <bool at_mass_centre> std::unique_ptr<ForceBatch> build_tyres(const Com
         x.road = tyre->road;
         if (!tyre->profile.empty())
             x.profile = std::make_shared<const Spline>(tyre->profile, Spline::Ends::constant);
-        batch->add(std::move(x));
+        batch->add(std::move(x), tyre->name);
     }
     if (batch->size() == 0)
         return nullptr;

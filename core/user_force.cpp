@@ -105,7 +105,7 @@ ForceBatchBuilder user_force_builder(std::vector<UserForce> forces) {
             x.b = body[1];
             x.law = std::make_shared<const UserForceLaw>(force.law);
             x.step = force.step;
-            batch->add(std::move(x));
+            batch->add(std::move(x), force.name);
         }
         return batch;
     };

@@ -1,5 +1,9 @@
 #include "solvers/contact_watch.hpp"
 
+#include "core/bad_numbers.hpp"
+
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -125,6 +129,8 @@ ContactWatch::Verdict ContactWatch::judge(double t0, double t1, Workspace& ws, c
                                           ContactEvent::Kind told) {
     const Verdict verdict = look(t0, t1, ws, motion_at);
     if (!verdict.ok)
+        rejected_ = verdict.channel;
+    if (!verdict.ok)
         tell(told, verdict.channel, t1, verdict.depth, ws.samples[verdict.channel].rate);
     return verdict;
 }
@@ -200,7 +206,25 @@ void ContactWatch::begin_contact(const Crossing& start, const ContactSample& sam
     suggested_ = std::min(suggested_, step_per_rise * rise / start.speed);
 }
 
+std::string ContactWatch::culprit(int body) const {
+    if (rejected_ >= 0)
+        return fmt::format("{}, which began too deep in every step tried", contact_name(system_, rejected_));
+    int worst = -1;
+    for (int c = 0; c < system_.channels(); ++c) {
+        const ContactChannel& channel = system_.contacts[c];
+        if (before_[c].depth > 0 && (body < 0 || channel.a == body || channel.b == body) &&
+            (worst < 0 || before_[c].force > before_[worst].force))
+            worst = c;
+    }
+    if (worst < 0)
+        return "";
+    const bool turns = system_.contacts[worst].rotation;
+    return fmt::format("{}, {:.3g} {} deep, pressing with {:.3g} {}", contact_name(system_, worst),
+                       before_[worst].depth, turns ? "rad" : "m", before_[worst].force, turns ? "N m" : "N");
+}
+
 void ContactWatch::commit(double t0, double t1, State& state, Workspace& ws) {
+    rejected_ = -1;
     suggested_ = infinity;
     before_speed_ = state.contacts.start_speed;
     changed_ = false;

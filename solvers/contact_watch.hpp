@@ -47,6 +47,10 @@ class ContactWatch {
     /// The step is accepted: memory into state and ws, history, events. ws as for judge().
     void commit(double t0, double t1, State& state, Workspace& ws);
 
+    /// For a message: the contact that last had a step rejected since the last accepted one, else the one
+    /// that presses most on a body (on any for body < 0); empty: none.
+    std::string culprit(int body) const;
+
     /// What contacts remember inside the last accepted step: those that ended in it still do.
     void memory_inside(ContactMemory& out) const;
 
@@ -56,7 +60,9 @@ class ContactWatch {
     /// Step that follows the contacts begun in the last committed step, s; infinite if there were none.
     double suggested_step() const { return suggested_; }
 
-    void visit(Archive& archive) { archive(starts_, before_, before_speed_, changed_, suggested_); }
+    void visit(Archive& archive) {
+        archive(starts_, before_, before_speed_, rejected_, changed_, suggested_);
+    }
 
     /// Starts, ends and rejected starts are told to this function where set.
     std::function<void(const ContactEvent&)> on_contact;
@@ -89,6 +95,7 @@ class ContactWatch {
     };
     std::vector<JointNow> now_; // scratch of record()
     VecX before_speed_;         // ContactMemory::start_speed before the last commit
+    int rejected_ = -1;         // channel of the last verdict against a step since the last commit
     bool changed_ = false;
     double suggested_ = 0;
 };

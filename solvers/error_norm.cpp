@@ -1,5 +1,6 @@
 #include "solvers/error_norm.hpp"
 
+#include <array>
 #include <cmath>
 
 namespace gudgeon {
@@ -12,6 +13,20 @@ void keep_worst(ErrorNorm::Value& worst, double sum, int body) {
 }
 ErrorNorm::Value root(ErrorNorm::Value worst) {
     worst.norm = std::sqrt(worst.norm / 13);
+    return worst;
+}
+
+// Position, orientation as one, velocities; a NaN is the largest.
+int largest_part(const Vec3& position, double orientation, const Vec6& velocity) {
+    Eigen::Matrix<double, 10, 1> parts;
+    parts << position.cwiseAbs(), std::abs(orientation), velocity.cwiseAbs();
+    int worst = 0;
+    for (int k = 0; k < 10; ++k) {
+        if (std::isnan(parts[k]))
+            return k;
+        if (parts[k] > parts[worst])
+            worst = k;
+    }
     return worst;
 }
 } // namespace
@@ -42,6 +57,13 @@ ErrorNorm::Value ErrorNorm::difference(const VecX& q, const VecX& q2, const VecX
                                .squaredNorm();
         keep_worst(worst, sum * factor * factor, i);
     }
+    if (const int i = worst.body; i >= 0) {
+        const Eigen::Matrix<double, 7, 1> dq =
+            (q.segment<7>(7 * i) - q2.segment<7>(7 * i)).cwiseProduct(q_weight_.segment<7>(7 * i));
+        worst.component = largest_part(
+            dq.head<3>(), dq.tail<4>().norm(),
+            (u.segment<6>(6 * i) - u2.segment<6>(6 * i)).cwiseProduct(u_weight_.segment<6>(6 * i)));
+    }
     return root(worst);
 }
 
@@ -55,7 +77,19 @@ ErrorNorm::Value ErrorNorm::increment(const double* step, const double* du) cons
                            v.cwiseProduct(u_weight_.segment<6>(6 * i)).squaredNorm();
         keep_worst(worst, sum, i);
     }
+    if (const int i = worst.body; i >= 0) {
+        const Eigen::Map<const Vec6> x(step + 6 * std::ptrdiff_t(i)), v(du + 6 * std::ptrdiff_t(i));
+        worst.component =
+            largest_part(x.head<3>().cwiseProduct(q_weight_.segment<3>(7 * i)),
+                         rotation_weight * x.tail<3>().norm(), v.cwiseProduct(u_weight_.segment<6>(6 * i)));
+    }
     return root(worst);
+}
+
+const char* ErrorNorm::component_name(int component) {
+    static constexpr std::array<const char*, 10> names{"x",  "y",  "z",  "orientation", "vx",
+                                                       "vy", "vz", "wx", "wy",          "wz"};
+    return component >= 0 && component < std::ssize(names) ? names[component] : "unknown";
 }
 
 ErrorNorm::Value ErrorNorm::rates(const VecX& q, const VecX& u) const {

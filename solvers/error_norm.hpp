@@ -18,9 +18,10 @@ class ErrorNorm {
     void set_scale(const VecX& q, const VecX& u, const VecX& z = VecX());
 
     struct Value {
-        double norm = 0; // root mean square over the 13 numbers of the worst body
-        int body = -1;   // none: a friction state
-        void visit(Archive& archive) { archive(norm, body); }
+        double norm = 0;    // root mean square over the 13 numbers of the worst body
+        int body = -1;      // none: a friction state
+        int component = -1; // of that body, the one with the largest share; named by component_name()
+        void visit(Archive& archive) { archive(norm, body, component); }
     };
     /// Of a difference (q - q2, u - u2) times factor.
     Value difference(const VecX& q, const VecX& q2, const VecX& u, const VecX& u2, double factor) const;
@@ -30,6 +31,8 @@ class ErrorNorm {
     Value rates(const VecX& q, const VecX& u) const;
     /// Of changes of the friction states.
     Value states(const VecX& dz) const;
+    /// "x", ..., "orientation", "vx", ..., "wz"
+    static const char* component_name(int component);
     static Value worse(const Value& x, const Value& y) {
         return x.norm >= y.norm || std::isnan(x.norm) ? x : y;
     }

@@ -92,9 +92,7 @@ Gear::Corrector Gear::refresh_matrix(double t) {
     refresh_wanted_ = false;
     const FactorStatus status = solver_.factor(values_);
     matrix_a0_ = status.ok() ? a0_ : 0;
-    return status.ok()                                     ? Corrector::converged
-           : status.kind == FactorStatus::Kind::non_finite ? Corrector::non_finite
-                                                           : Corrector::singular;
+    return factored(status, t);
 }
 
 // Where few coordinates are free, velocities are right at once, and only this keeps the multipliers from
@@ -150,6 +148,10 @@ Gear::Corrector Gear::correct(double t) {
     const bool stale = matrix_a0_ == 0 || refresh_wanted_ || std::abs(a0_ / matrix_a0_ - 1) > 0.25;
     for (int sweep = 1; sweep <= most_sweeps; ++sweep) {
         residual(t);
+        if (!rhs_.allFinite()) {
+            note_bad_number(t);
+            return Corrector::non_finite;
+        }
         if (sweep == 1) {
             matrix_fresh_ = false;
             if (stale)

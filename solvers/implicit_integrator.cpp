@@ -1,5 +1,6 @@
 #include "solvers/implicit_integrator.hpp"
 
+#include "core/bad_numbers.hpp"
 #include "solvers/phase_timer.hpp"
 
 #include <fmt/format.h>
@@ -257,6 +258,7 @@ void ImplicitIntegrator::count_rejection(StepReason reason, double t, int order,
 void ImplicitIntegrator::count_acceptance(double t, double h, int order, double error) {
     if (on_step)
         on_step({t, h, order, StepReason::none, error});
+    trouble_.clear();
     ++statistics_.steps;
     ++statistics_.order_histogram[order];
     statistics_.smallest_step = std::min(statistics_.smallest_step, h);
@@ -275,25 +277,38 @@ StepOutcome ImplicitIntegrator::failure(StepReason reason, const std::string& wh
     return {false, reason, fmt::format("at t = {:.9g} s {}; worst: {}", state_.t, what, worst_part())};
 }
 
-std::string ImplicitIntegrator::worst_part() const {
-    for (int i = 0; i < system_.moving; ++i) {
-        const auto own_blocks = [&](const std::vector<double>& x) {
-            return Eigen::Map<const Eigen::Matrix<double, 36, 1>>(x.data() + 36 * std::size_t(i));
-        };
-        if (!ws_.f.segment<6>(6 * i).allFinite() || !own_blocks(ws_.lin.C).allFinite() ||
-            !own_blocks(ws_.lin.S).allFinite())
-            return fmt::format("body '{}', whose force or its derivative is no number",
-                               system_.body_names[i]);
+void ImplicitIntegrator::note_bad_number(double t) {
+    if (std::string found = find_bad_number(system_, t, ws_); !found.empty())
+        trouble_ = std::move(found);
+}
+
+ImplicitIntegrator::Corrector ImplicitIntegrator::factored(const FactorStatus& status, double t) {
+    if (status.ok())
+        return Corrector::converged;
+    if (status.kind == FactorStatus::Kind::singular) {
+        trouble_ = "no pivot for " + unknown_name(system_, status.column);
+        return Corrector::singular;
     }
+    note_bad_number(t);
+    return Corrector::non_finite;
+}
+
+std::string ImplicitIntegrator::worst_part() const {
+    if (!trouble_.empty())
+        return trouble_;
     if (system_.row_count() > 0 && std::max(phi_worst_, rate_worst_) > 1e-8) {
         Eigen::Index row = 0;
         ws_.phi.cwiseAbs().maxCoeff(&row);
-        const RowRecord& r = system_.rows[row];
-        return fmt::format("joint '{}' ({}), open by {:.3g}", system_.joints[r.joint].name, r.direction,
+        return fmt::format("{}, open by {:.3g}", constraint_name(system_, static_cast<int>(row)),
                            ws_.phi[row]);
     }
-    const int body = error_.body >= 0 && error_.norm > 1 ? error_.body : increment_.body;
-    return body < 0 ? "no body stands out" : fmt::format("body '{}'", system_.body_names[body]);
+    const ErrorNorm::Value& worst = error_.body >= 0 && error_.norm > 1 ? error_ : increment_;
+    std::string text = worst.body < 0 ? "no body stands out"
+                                      : fmt::format("body '{}' ({})", system_.body_names[worst.body],
+                                                    ErrorNorm::component_name(worst.component));
+    if (std::string contact = watch_.culprit(worst.body); !contact.empty())
+        text += "; contact of " + contact;
+    return text;
 }
 
 } // namespace gudgeon

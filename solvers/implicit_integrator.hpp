@@ -94,6 +94,10 @@ class ImplicitIntegrator : public Integrator {
     void count_acceptance(double t, double h, int order, double error);
     StepOutcome failure(StepReason reason, const std::string& what) const;
     std::string worst_part() const;
+    /// Remembers for the message where a number went wrong, at ws_.motion.
+    void note_bad_number(double t);
+    /// The outcome of a factorisation, remembered if it failed; t: of the linearisation in ws_.
+    Corrector factored(const FactorStatus& status, double t);
     static StepReason reason_of(Corrector result);
 
     const System& system_;
@@ -122,6 +126,7 @@ class ImplicitIntegrator : public Integrator {
     VecX pushed_; // G^T x
     VecX turn_;   // a third column over (u, lambda)
     VecX pose_change_, rate_change_;
+    std::string trouble_; // what went wrong in the tries since the last accepted step; empty: nothing special
 };
 
 /// Largest magnitude, 0 of none.

@@ -1,8 +1,7 @@
 #include "solvers/index1_equations.hpp"
 
+#include "core/bad_numbers.hpp"
 #include "solvers/phase_timer.hpp"
-
-#include <fmt/format.h>
 
 #include <limits>
 
@@ -124,17 +123,8 @@ void Index1Equations::report(Statistics& statistics) const {
     statistics.seconds.solve = seconds_.solve;
 }
 
-std::string Index1Equations::name_of(int column) const {
-    if (column < 0)
-        return "unknown";
-    if (column < system_.velocities())
-        return "body " + system_.body_names[column / 6];
-    return row_name(system_, column - system_.velocities());
-}
+std::string Index1Equations::name_of(int column) const { return unknown_name(system_, column); }
 
-std::string row_name(const System& system, int row) {
-    const RowRecord& r = system.rows[row];
-    return fmt::format("joint {} ({})", system.joints[r.joint].name, r.direction);
-}
+std::string row_name(const System& system, int row) { return constraint_name(system, row); }
 
 } // namespace gudgeon

@@ -120,6 +120,8 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
     double quotient = 5; // an error that is no number
     if (std::isfinite(error_.norm))
         quotient = std::clamp(std::pow(std::max(error_.norm, 1e-12), 0.25) / work, 1.0 / 8, 5.0);
+    if (!std::isfinite(error_.norm))
+        note_bad_number(state_.t);
     if (!(error_.norm < 1)) {
         count_rejection(StepReason::error_test, t, order, error_.norm);
         full_h_ = 0; // the longer step would fail too

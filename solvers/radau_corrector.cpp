@@ -157,9 +157,7 @@ Radau::Corrector Radau::refresh_matrices(double h) {
     if (status.ok())
         status = pair_ ? pair_->factor(complex_values_, pair / real) : complex_.factor(complex_values_);
     matrix_h_ = status.ok() ? h : 0;
-    return status.ok()                                     ? Corrector::converged
-           : status.kind == FactorStatus::Kind::non_finite ? Corrector::non_finite
-                                                           : Corrector::singular;
+    return factored(status, matrix_t_);
 }
 
 // stage_rhs_[i]: force balance (n), velocity constraints (m), position constraints (m).
@@ -276,8 +274,13 @@ Radau::Corrector Radau::correct(double t, double h) {
     bool stalled = false;
     double last = 0, ratio = std::max(least_contraction, std::pow(std::max(contraction_, 1e-10), 0.8));
     for (sweeps_ = 1; sweeps_ <= most_sweeps; ++sweeps_) {
-        for (int i = 0; i < stages; ++i)
+        for (int i = 0; i < stages; ++i) {
             stage_residual(i, t + k.c[i] * h, h);
+            if (!stage_rhs_[i].allFinite()) {
+                note_bad_number(t + k.c[i] * h);
+                return Corrector::non_finite;
+            }
+        }
         ++statistics_.newton_sweeps;
         solve_increments(h);
         if (!std::isfinite(increment_.norm))

@@ -1,5 +1,6 @@
 #include "solvers/rk4.hpp"
 
+#include "core/bad_numbers.hpp"
 #include "solvers/contact_watch.hpp"
 #include "solvers/index1_equations.hpp"
 #include "solvers/phase_timer.hpp"
@@ -109,7 +110,8 @@ class Rk4 final : public Integrator {
     StepOutcome finish_point(Point& point);
     StepOutcome follow_contacts();
     StepOutcome evaluate_stage(double t);
-    StepOutcome failure(double t, const FactorStatus& status) const;
+    StepOutcome failure(double t, const FactorStatus& status);
+    StepOutcome bad_number(double t);
     StepOutcome check_finite(const State& state) const;
     void find_powers(double t, const VecX& lambda, VecX& out);
     void find_state_rates(double t, VecX& out);
@@ -238,6 +240,8 @@ StepOutcome Rk4::evaluate_stage(double t) {
     const FactorStatus status = equations_.solve(t, ws_, &baumgarte_, slope_u_, stage_.lambda);
     if (!status.ok())
         return failure(t, status);
+    if (!slope_u_.allFinite() || !stage_.lambda.allFinite())
+        return bad_number(t);
     find_powers(t, stage_.lambda, power_);
     find_state_rates(t, slope_z_);
     return {};
@@ -252,6 +256,8 @@ StepOutcome Rk4::finish_point(Point& point) {
     const FactorStatus status = equations_.solve(s.t, ws_, nullptr, point.acceleration, s.lambda);
     if (!status.ok())
         return failure(s.t, status);
+    if (!point.acceleration.allFinite() || !s.lambda.allFinite())
+        return bad_number(s.t);
     const PhaseTimer timer(statistics_.seconds.control);
     phi_ = ws_.phi;
     rate_ = ws_.rate;
@@ -280,7 +286,17 @@ void Rk4::find_powers(double t, const VecX& lambda, VecX& out) {
     powers(system_, t, driven_ ? lambda.data() : nullptr, ws_, out);
 }
 
-StepOutcome Rk4::failure(double t, const FactorStatus& status) const {
+StepOutcome Rk4::bad_number(double t) {
+    const std::string found = find_bad_number(system_, t, ws_);
+    return {false, StepReason::non_finite,
+            fmt::format("at t = {:.9g} s: {}", now_.state.t,
+                        found.empty() ? "accelerations beyond all numbers" : found)};
+}
+
+StepOutcome Rk4::failure(double t, const FactorStatus& status) {
+    if (status.kind == FactorStatus::Kind::non_finite)
+        if (StepOutcome outcome = bad_number(t); outcome.message.find("no finite") != std::string::npos)
+            return outcome;
     const bool finite = status.kind == FactorStatus::Kind::singular;
     const char* what = finite ? "the acceleration equations are singular (constraints repeat each other?)"
                               : "the acceleration equations have entries that are no numbers";

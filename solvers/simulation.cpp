@@ -2,6 +2,7 @@
 
 #include "contact/standard_forces.hpp"
 #include "core/archive.hpp"
+#include "core/bad_numbers.hpp"
 #include "core/matrices.hpp"
 #include "core/writer.hpp"
 #include "solvers/consistent.hpp"
@@ -52,6 +53,7 @@ struct Simulation::Impl {
             rest();
         else
             notices = start_notices(system, start);
+        require_numbers(start);
         IntegratorOptions integration = options.integration;
         integration.redundant = !redundancy.dependent.empty();
         repeated = static_cast<int>(redundancy.dependent.size());
@@ -133,6 +135,19 @@ struct Simulation::Impl {
         archive(now, balance_start, output_seconds);
     }
 
+    // Forces, drives and coordinates at a state are finite numbers.
+    void require_numbers(const State& s) {
+        ws.angles = s.angles;
+        ws.contacts = s.contacts;
+        ws.z = s.z;
+        ws.lambda = s.lambda;
+        if (integrator)
+            ws.external = integrator->workspace().external;
+        set_motion(system, s.q, s.u, ws);
+        if (const std::string found = find_bad_number(system, s.t, ws); !found.empty())
+            throw BadNumberError(found);
+    }
+
     // Closes the constraints of a state and evaluates everything there.
     void make_sample(const State& state) {
         const PhaseTimer timer(output_seconds);
@@ -156,6 +171,20 @@ struct Simulation::Impl {
         sample_contacts(system, s.t, ws);
         sample.contacts = joint_contacts(system, ws);
         joint_wrenches();
+        require_finite_sample();
+    }
+
+    void require_finite_sample() {
+        bool good = sample.acceleration.allFinite() && sample.state.lambda.allFinite() &&
+                    sample.state.work.allFinite() && std::isfinite(sample.energies.mechanical());
+        for (const Wrench& w : sample.joint)
+            good = good && w.force.allFinite() && w.moment.allFinite();
+        if (good)
+            return;
+        require_numbers(State(sample.state));
+        throw BadNumberError(fmt::format(
+            "no finite number at t = {:.9g} s: accelerations, reactions or energies of the sample",
+            sample.state.t));
     }
 
     // Wrenches on b, from the multipliers and the force batches, moved to b's joint point.

@@ -57,7 +57,8 @@ class EquilibriumError : public std::runtime_error {
 class Simulation {
   public:
     /// Compiles, assembles, finds redundancy, prepares the integrator. Throws ModelError, AssemblyError,
-    /// EquilibriumError, std::invalid_argument (unknown integrator).
+    /// EquilibriumError, std::invalid_argument (unknown integrator), BadNumberError (core/bad_numbers.hpp:
+    /// forces that are no numbers).
     explicit Simulation(Model model, SimulationOptions options = {});
     ~Simulation();
     Simulation(Simulation&&) noexcept;
