@@ -1,5 +1,6 @@
 #include "solvers/ida.hpp"
 
+#include "core/bad_numbers.hpp"
 #include "solvers/contact_watch.hpp"
 #include "solvers/ida_diagnosis.hpp"
 #include "solvers/ida_equations.hpp"
@@ -128,6 +129,7 @@ class Ida final : public Integrator {
     Attempt attempt_;
     int tiny_steps_ = 0;
     std::string message_, exception_;
+    std::string bad_number_; // met since the last accepted step; empty: none
     mutable Statistics statistics_;
 };
 
@@ -182,6 +184,7 @@ void Ida::start(const State& state) {
     last_ = {};
     started_ = {};
     exception_.clear();
+    bad_number_.clear();
     message_.clear();
     if (system_.moving == 0)
         return;
@@ -251,7 +254,10 @@ int Ida::residual(double t, N_Vector y, N_Vector ydot, N_Vector out, void* self)
             me.follow_attempts(t);
         const PhaseTimer timer(me.statistics_.seconds.evaluate);
         ++me.statistics_.evaluations;
-        return me.equations_.residual(t, data(y), data(ydot), data(out)) ? 0 : 1;
+        if (me.equations_.residual(t, data(y), data(ydot), data(out)))
+            return 0;
+        me.bad_number_ = find_bad_number(me.system_, t, me.equations_.workspace());
+        return 1;
     });
 }
 
@@ -393,6 +399,7 @@ void Ida::accept(double t, double t_before) {
     if (attempt_.open)
         close_attempt(StepReason::none, on_step ? error_norm() : 0);
     attempt_.error_fails = last_.error_fails;
+    bad_number_.clear();
     const PhaseTimer timer(statistics_.seconds.control);
     t_begin_ = t_before;
     state_.t = t;
@@ -478,8 +485,8 @@ void Ida::interpolate(double t, State& out) const {
 }
 
 StepOutcome Ida::failure(int flag) {
-    const IdaTrouble trouble{sun_.ida,   sun_.y,  sun_.scratch, flag, state_.t, linear_.singular_column,
-                             exception_, message_};
+    const IdaTrouble trouble{sun_.ida,   sun_.y,   sun_.scratch, flag, state_.t, linear_.singular_column,
+                             exception_, message_, bad_number_};
     const StepOutcome outcome = explain(trouble, system_, equations_);
     close_attempt(outcome.reason, 0);
     return outcome;

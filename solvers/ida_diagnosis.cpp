@@ -1,7 +1,5 @@
 #include "solvers/ida_diagnosis.hpp"
 
-#include "core/bad_numbers.hpp"
-
 #include <fmt/format.h>
 #include <ida/ida.h>
 #include <nvector/nvector_serial.h>
@@ -42,20 +40,6 @@ VecX missed(const IdaTrouble& x, const System& system, IdaEquations& equations) 
     inverse_mass_times(system, momentum, momentum);
     f.segment(equations.u0(), system.velocities()) = momentum;
     return f;
-}
-
-// Force, drive or coordinate that is no number at IDA's last iterate; empty: none.
-std::string bad_number(const IdaTrouble& x, const System& system, IdaEquations& equations) {
-    double t = x.t;
-    N_Vector y = x.y;
-    IDAGetCurrentTime(x.ida, &t);
-    IDAGetCurrentY(x.ida, &y);
-    try {
-        equations.set(N_VGetArrayPointer(y));
-        return find_bad_number(system, t, equations.workspace());
-    } catch (...) {
-        return ""; // a force law refuses to be asked again
-    }
 }
 
 std::string worst_place(const IdaTrouble& x, const System& system, IdaEquations& equations) {
@@ -105,15 +89,14 @@ double ida_error_norm(void* ida, N_Vector scratch, int counted) {
     int order = 0;
     IDAGetLastOrder(ida, &order);
     const int n = static_cast<int>(N_VGetLength(scratch));
-    const IdaTrouble last{ida, scratch, scratch, 0, 0, -1, {}, {}};
+    const IdaTrouble last{ida, scratch, scratch, 0, 0, -1, {}, {}, {}};
     return std::sqrt(weighted_errors(last, n, counted).squaredNorm() / n) / (order + 1);
 }
 
 StepOutcome explain(const IdaTrouble& x, const System& system, IdaEquations& equations) {
     const auto [reason, words] = reason_of(x);
-    if (reason == StepReason::non_finite && x.exception.empty())
-        if (const std::string found = bad_number(x, system, equations); !found.empty())
-            return {false, reason, fmt::format("t = {} s: {}", x.t, found)};
+    if (!x.bad_number.empty() && x.exception.empty())
+        return {false, StepReason::non_finite, fmt::format("t = {} s: {}", x.t, x.bad_number)};
     const std::string place = reason == StepReason::singular ? equations.name_of(x.singular_column)
                                                              : worst_place(x, system, equations);
     const std::string& detail = x.exception.empty() ? x.message : x.exception;

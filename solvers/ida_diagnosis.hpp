@@ -18,11 +18,12 @@ struct IdaTrouble {
     void* ida;
     _generic_N_Vector* y; // any vector of the solver
     _generic_N_Vector* scratch;
-    int flag;                     // what IDASolve returned
-    double t;                     // end of the last accepted step
-    int singular_column;          // of the last factorisation, -1: none
-    const std::string& exception; // of a force law, empty: none
-    const std::string& message;   // IDA's own
+    int flag;                      // what IDASolve returned
+    double t;                      // end of the last accepted step
+    int singular_column;           // of the last factorisation, -1: none
+    const std::string& exception;  // of a force law, empty: none
+    const std::string& message;    // IDA's own
+    const std::string& bad_number; // of find_bad_number() since the last accepted step, empty: none
 };
 
 StepOutcome explain(const IdaTrouble& trouble, const System& system, IdaEquations& equations);

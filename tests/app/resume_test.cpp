@@ -73,8 +73,8 @@ class Resume : public CommandTest {
     }
     /// A run that was interrupted on its way, in `out`.
     void interrupt_run(const std::vector<std::string>& more = {}) {
-        std::vector<std::string> args{"run", "chain", "--param", "links=4", "--end", "1e5",
-                                      "--every", "1", "--checkpoint", "1", "--out", path("out")};
+        std::vector<std::string> args{"run",     "chain", "--param",      "links=4", "--end", "1e5",
+                                      "--every", "1",     "--checkpoint", "1",       "--out", path("out")};
         args.insert(args.end(), more.begin(), more.end());
         const pid_t child = start(args);
         wait_for_checkpoint("out");
@@ -87,7 +87,8 @@ TEST_F(Resume, KilledRunsEndAlike) {
     const std::vector<std::vector<std::string>> cases{
         {"slider-crank", "--param", "joint=spherical", "--integrator", "gear", "--end", "2"},
         {"slider-crank", "--param", "joint=revolute", "--integrator", "radau", "--end", "0.5"},
-        {"slider-crank", "--param", "joint=spherical", "--integrator", "rk4", "--step", "2e-5", "--end", "0.3"},
+        {"slider-crank", "--param", "joint=spherical", "--integrator", "rk4", "--step", "2e-5", "--end",
+         "0.3"},
         {"stick-slip", "--integrator", "auto", "--end", "100"}};
     for (const std::vector<std::string>& model : cases) {
         fs::remove_all(folder_ / "straight");
@@ -117,8 +118,8 @@ TEST_F(Resume, KilledRunsEndAlike) {
 
 TEST_F(Resume, InterruptedRunGoesOnWithTheModelAsItWas) {
     const std::string model = write("stone.json", free_body);
-    const std::vector<std::string> args{"run", model, "--param", "up=7", "--step", "1e-4",
-                                        "--end", "20", "--steps", "--contacts", "--out"};
+    const std::vector<std::string> args{"run",   model, "--param", "up=7",       "--step", "1e-4",
+                                        "--end", "20",  "--steps", "--contacts", "--out"};
     std::vector<std::string> straight = args, cut = args;
     straight.push_back(path("straight"));
     ASSERT_EQ(command(straight).code, 0);
@@ -143,8 +144,9 @@ TEST_F(Resume, InterruptedRunGoesOnWithTheModelAsItWas) {
 }
 
 TEST_F(Resume, IdaStartsAnewAndSaysSo) {
-    std::vector<std::string> args{"run", "chain", "--integrator", "ida", "--param", "links=4", "--end", "40",
-                                  "--every", "0.01", "--checkpoint", "0.1", "--out", path("out")};
+    std::vector<std::string> args{"run",          "chain", "--integrator", "ida",      "--param",
+                                  "links=4",      "--end", "40",           "--every",  "0.01",
+                                  "--checkpoint", "0.1",   "--out",        path("out")};
     const pid_t child = start(args);
     wait_for_checkpoint("out");
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -200,8 +202,8 @@ TEST_F(Resume, WithoutACheckpoint) {
 
 TEST_F(Resume, FullDiskIsReportedAndTheRunGoesOnLater) {
     // no file may grow beyond 60 kB
-    const std::vector<std::string> model{"run", "chain", "--param", "links=4", "--end", "20", "--steps",
-                                         "--contacts", "--quiet", "--out"};
+    const std::vector<std::string> model{"run", "chain",   "--param",    "links=4", "--end",
+                                         "20",  "--steps", "--contacts", "--quiet", "--out"};
     std::vector<std::string> straight = model, full = model;
     straight.push_back(path("straight"));
     full.insert(full.end(), {path("full"), "--checkpoint", "0.5"});
