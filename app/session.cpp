@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -21,6 +22,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t most_columns = 2000;
 // Bytes of a number in both trajectories: "0," and 8, and as most are.
 constexpr double least_bytes = 2 + 8, usual_bytes = 20 + 8;
+constexpr double full = 1e6; // bytes: less is no space
 
 OutputGrid output_grid(const RunArguments& arguments, const Model& model) {
     const double end = arguments.end.value_or(model.end.value_or(1.0));
@@ -114,13 +116,13 @@ void Session::begin_files() {
     const std::string found = fmt::format(
         "{} times x {} columns take about {}, {} are free in {}", grid.size(), channels.names().size(),
         size_in_words(usual_bytes * numbers), size_in_words(space), folder.string());
-    if (least_bytes * numbers > space)
+    if (space < std::min(least_bytes * numbers, full))
         throw FileError(
-            fmt::format("{}: too little space for the results: {}; allowed: a longer --every, fewer "
-                        "--channels, --out elsewhere",
-                        folder.string(), found));
+            fmt::format("{}: the disk is full: {}; allowed: --out elsewhere", folder.string(), found));
     if (usual_bytes * numbers > space)
-        record.space = "the disk may become full: " + found;
+        record.space =
+            "the disk will be full before the end: " + found +
+            "; a longer --every or fewer --channels take less, --checkpoint lets the run go on later";
     connect_files();
 }
 

@@ -367,6 +367,8 @@ bool Ida::crawls() {
     double h = 0;
     IDAGetLastStep(sun_.ida, &h);
     tiny_steps_ = std::abs(h) < smallest_share * std::abs(state_.t) ? tiny_steps_ + 1 : 0;
+    if (tiny_steps_ == 0)
+        bad_number_.clear(); // it was got over
     return tiny_steps_ >= most_tiny_steps;
 }
 
@@ -399,7 +401,6 @@ void Ida::accept(double t, double t_before) {
     if (attempt_.open)
         close_attempt(StepReason::none, on_step ? error_norm() : 0);
     attempt_.error_fails = last_.error_fails;
-    bad_number_.clear();
     const PhaseTimer timer(statistics_.seconds.control);
     t_begin_ = t_before;
     state_.t = t;

@@ -217,11 +217,21 @@ TEST_F(Resume, FullDiskIsReportedAndTheRunGoesOnLater) {
     expect_same("straight", "full");
 }
 
-TEST_F(Resume, ResultsThatCannotFitAreRefusedBeforeTheRun) {
-    const Outcome outcome = command({"run", "chain", "--param", "links=300", "--channels", "link*.*", "--end",
-                                     "9e7", "--every", "1", "--out", path("out")});
-    EXPECT_EQ(outcome.code, 5) << outcome.err;
-    EXPECT_NE(outcome.err.find("too little space"), std::string::npos) << outcome.err;
+TEST_F(Resume, ResultsThatCannotFitAreFoundBeforeTheRun) {
+    // 9e7 times x 1900 columns; the run ends early, by a force that overflows
+    std::string bodies;
+    for (int i = 0; i < 100; ++i)
+        bodies += (i ? "," : "") + std::string(R"({"mass": 1, "inertia": [1, 1, 1], "name": "b)") +
+                  std::to_string(i) + "\"}";
+    const std::string model =
+        write("many.json", R"({"gudgeon": 1, "name": "many", "bodies": [)" + bodies + R"(],
+      "forces": [{"name": "shove", "kind": "force", "body": "b0", "vector": [1e300, 0, 0], "point": [0, 0, 0],
+                  "time": {"kind": "smooth-step", "start": 0.5, "end": 0.6, "from": 0, "to": 1e300}}]})");
+    const Outcome outcome =
+        command({"run", model, "--end", "9e7", "--every", "1", "--quiet", "--out", path("out")});
+    EXPECT_EQ(outcome.code, 4) << outcome.err;
+    EXPECT_NE(outcome.err.find("the disk will be full before the end: 90000001 times x"), std::string::npos)
+        << outcome.err;
 }
 
 TEST(FileTools, DeviceWithoutSpace) {
