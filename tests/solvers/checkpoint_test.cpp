@@ -109,7 +109,38 @@ TEST_P(Checkpoint, GoesOnToTheLastBit) {
     }
 }
 
-const std::map<std::string, std::string> ball{{"joint", "clearance"}};
+TEST(CheckpointIdentity, OfAnotherModelOrOtherOptionsIsRefused) {
+    const Case given{"chain", {{"links", "3"}}, "gear", 1};
+    Simulation saved = make(given);
+    ASSERT_TRUE(saved.advance_to(0.1).ok);
+    std::stringstream stream;
+    saved.save(stream);
+    const auto refused = [&](const Case& c, const SimulationOptions& options, const std::string& words) {
+        Simulation other(build_mechanism(c.mechanism, c.parameters), options);
+        std::stringstream copy(stream.str());
+        try {
+            other.load(copy);
+            ADD_FAILURE() << "loaded, although: " << words;
+        } catch (const ArchiveError& error) {
+            EXPECT_NE(std::string(error.what()).find(words), std::string::npos) << error.what();
+        }
+    };
+    refused({"pendulum", {}, "gear", 1}, options_of(given), "another model");
+    refused({"chain", {{"links", "4"}}, "gear", 1}, options_of(given), "model was changed");
+    SimulationOptions options = options_of(given);
+    options.integration.rtol = 1e-5;
+    refused(given, options, "other tolerances");
+    options = options_of(given);
+    options.integrator = "radau";
+    refused(given, options, "another integrator");
+    options = options_of(given);
+    options.user_forces.push_back(
+        {"none", {"ground", "link1"}, [](const UserForceInput&, UserForceOutput&) {}});
+    refused(given, options, "other user forces");
+}
+
+const std::map<std::string, std::string> ball{{"joint", "spherical"}}, bearing{{"joint", "revolute"}},
+    mixed{{"joints", "mixed"}};
 
 INSTANTIATE_TEST_SUITE_P(
     Mechanisms, Checkpoint,
@@ -117,7 +148,10 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"slider-crank", {}, "auto", 0.5}, Case{"slider-crank", {}, "rk4", 0.01},
                     Case{"suspension-chain", {}, "gear", 0.2}, Case{"suspension-chain", {}, "radau", 0.2},
                     Case{"stick-slip", {}, "gear", 2}, Case{"stick-slip", {}, "radau", 2},
-                    Case{"chain", {{"links", "6"}}, "auto", 1}));
+                    Case{"chain", {{"links", "6"}}, "auto", 1}, Case{"slider-crank", ball, "gear", 0.4},
+                    Case{"slider-crank", bearing, "radau", 0.2}, Case{"slider-crank", ball, "rk4", 0.05},
+                    Case{"suspension-chain", mixed, "auto", 0.2},
+                    Case{"suspension-chain", mixed, "gear", 0.1}));
 
 } // namespace
 } // namespace gudgeon
