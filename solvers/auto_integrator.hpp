@@ -25,7 +25,7 @@ class AutoIntegrator final : public Integrator {
     void set_on_contact(std::function<void(const ContactEvent&)> f) override { on_contact_ = std::move(f); }
     const Statistics& statistics() const override;
     void visit(Archive& archive) override;
-    bool goes_on_exactly() const override { return true; }
+    bool goes_on_exactly() const override { return active_->goes_on_exactly(); }
     Workspace& workspace() override { return active_->workspace(); }
     std::vector<IntegratorUse> uses() const override { return uses_; }
 

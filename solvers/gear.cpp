@@ -80,6 +80,8 @@ void Gear::start(const State& state) {
 // What predict() and correct() fill before they use it is left out.
 void Gear::visit(Archive& archive) {
     ImplicitIntegrator::visit(archive);
+    if (!goes_on_exactly())
+        return;
     archive(history_, order_, kink_, contact_begun_, step_order_, t_try_, a0_, matrix_a0_, lambda_points_,
             matrix_fresh_, refresh_wanted_, contraction_, real_points_, order_cap_, cap_steps_,
             last_rejection_, steps_at_order_, power_t_, power_, powers_);

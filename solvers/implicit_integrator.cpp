@@ -167,8 +167,21 @@ const Statistics& ImplicitIntegrator::statistics() const {
 
 // Scratch that every use fills first (rhs_, source_, decay_, consistent_) is left out.
 void ImplicitIntegrator::visit(Archive& archive) {
+    if (!goes_on_exactly()) { // CHOLMOD's factors and passes are not kept: anew from the state, work counted on
+        Statistics statistics = statistics_;
+        Integrator::visit(archive);
+        archive(statistics);
+        statistics_ = statistics;
+        return;
+    }
     archive.section(name());
-    archive(statistics_, ws_, solver_, norm_, watch_, values_, state_, z_rate_, h_, full_h_, phi_worst_,
+    bool rows = soft_, projections = consistent_.soft();
+    archive(rows, projections);
+    if (archive.reading() && rows && !soft_)
+        soften();
+    if (archive.reading() && projections)
+        consistent_.soften();
+    archive(statistics_, ws_, static_cast<KluSolver&>(solver_), norm_, watch_, values_, state_, z_rate_, h_, full_h_, phi_worst_,
             rate_worst_, error_, increment_, rejections_in_row_);
 }
 

@@ -21,6 +21,14 @@ void Index1Equations::use(Rows rows) {
     klu_.analyse(matrix_.pattern());
 }
 
+void Index1Equations::visit(Archive& archive) {
+    Rows rows = rows_;
+    archive(rows);
+    if (archive.reading() && rows != rows_)
+        use(rows);
+    archive(klu_, values_, gamma_, unknowns_, evaluations_, seconds_);
+}
+
 FactorStatus Index1Equations::factor(const Workspace& ws) {
     {
         const PhaseTimer timer(seconds_.assemble);

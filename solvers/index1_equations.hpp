@@ -31,7 +31,7 @@ class Index1Equations {
     /// Writes the counts and times of all solves so far.
     void report(Statistics& statistics) const;
 
-    void visit(Archive& archive) { archive(klu_, values_, gamma_, unknowns_, evaluations_, seconds_); }
+    void visit(Archive& archive);
 
     /// "joint B (displacement along x)" or "body rod" for a column without a pivot.
     std::string name_of(int column) const;

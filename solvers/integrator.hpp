@@ -1,11 +1,8 @@
 // One interface for all integrators of the equations of motion.
 #pragma once
 
-<<<<<<< HEAD
-#include "core/assembly.hpp"
-=======
 #include "core/archive_state.hpp"
->>>>>>> 9e5766f (Simulations are saved and loaded whole, and go on to the last bit)
+#include "core/assembly.hpp"
 #include "core/state.hpp"
 
 #include <array>

@@ -52,7 +52,7 @@ void Statistics::visit(Archive& archive) {
     archive(steps, rejected_error, rejected_newton, rejected_contact, deep_starts, newton_sweeps,
             constraint_polish, evaluations, factorisations, refactorisations, nnz_matrix, nnz_factors,
             order_histogram, smallest_step, largest_step, constraint_position_max, constraint_velocity_max,
-            seconds);
+            softened_at, cholmod_factorisations, cholmod_solves, cholmod_iterations, klu_fallbacks, seconds);
 }
 
 void Integrator::visit(Archive& archive) {

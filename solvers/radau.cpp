@@ -71,6 +71,8 @@ void Radau::start(const State& state) {
 // Of the step being tried only what the next one may read of it: its last slopes and decays.
 void Radau::visit(Archive& archive) {
     ImplicitIntegrator::visit(archive);
+    if (!goes_on_exactly())
+        return;
     archive(complex_, previous_, slope_, f_start_, z_matrix_decay_, power_, last_V_, last_Z_, last_lambda_,
             last_z_, last_lambda_start_, last_h_, matrix_h_, matrix_t_, contraction_, last_error_, failed_h_,
             steps_since_failure_, sweeps_, step_tried_, have_last_, matrix_current_);

@@ -334,4 +334,12 @@ RankReport rank_of_rows(const CscMatrix& g, double tolerance) {
     return report;
 }
 
+void RankReport::Dependence::visit(Archive& archive) {
+    std::size_t terms = combination.size();
+    archive(row, terms);
+    combination.resize(terms);
+    for (auto& [other, coefficient] : combination)
+        archive(other, coefficient);
+}
+
 } // namespace gudgeon

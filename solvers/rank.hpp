@@ -1,6 +1,7 @@
 // Which rows of a sparse matrix repeat others: redundant constraints.
 #pragma once
 
+#include "core/archive.hpp"
 #include "core/sparse.hpp"
 
 #include <utility>
@@ -15,6 +16,7 @@ struct RankReport {
         /// (row, coefficient), rows increasing, the dependent row last with coefficient 1:
         /// sum of coefficient * row = 0. Coefficients refer to the rows as given, not scaled.
         std::vector<std::pair<int, double>> combination;
+        void visit(Archive& archive);
     };
     std::vector<Dependence> dependent; // rows increasing; rank + dependent.size() = rows
 };

@@ -1,6 +1,7 @@
 // Constraint rows that repeat others: how many, which, and the measure by which their reactions are shared.
 #pragma once
 
+#include "core/archive.hpp"
 #include "core/state.hpp"
 #include "solvers/rank.hpp"
 
@@ -13,6 +14,8 @@ struct RedundancyReport {
     int rows = 0, rank = 0, dof = 0;
     std::vector<RankReport::Dependence> dependent;
 
+    void visit(Archive& archive) { archive(rows, rank, dof, dependent); }
+
     /// One line per group of rows that repeat each other, joints and directions named.
     std::vector<std::string> lines(const System& system) const;
 };
@@ -21,6 +24,7 @@ struct RedundancyReport {
 struct RankChange {
     double t = 0; // s, of the sample that showed it
     RedundancyReport now;
+    void visit(Archive& archive) { archive(t, now); }
 };
 
 /// Rank of the constraint rows at a state (sparse QR; rows with lengths made dimensionless by 1 m).

@@ -125,6 +125,7 @@ struct Simulation::Impl {
             archive.same(x, "other tolerances or another step");
         archive.same(o.max_order, "another highest order");
         archive.same(o.onset, "another rule for the onset of contacts");
+        archive.same(o.formulation, "another formulation");
         archive.same(o.max_steps, "another greatest number of steps");
     }
 
@@ -132,7 +133,10 @@ struct Simulation::Impl {
         archive.section("simulation");
         visit_identity(archive);
         integrator->visit(archive);
-        archive(now, balance_start, output_seconds);
+        bool soft = consistent.soft();
+        archive(now, balance_start, output_seconds, soft, deficiency, repeated, rank_changes);
+        if (archive.reading() && soft)
+            consistent.soften();
     }
 
     // Forces, drives and coordinates at a state are finite numbers.
