@@ -106,7 +106,8 @@ std::string size_in_words(double bytes) {
     return fmt::format("{:.3g} {}", bytes, unit);
 }
 
-void make_folder(const fs::path& folder) {
+void make_folder(const std::filesystem::path& folder) {
+    namespace fs = std::filesystem;
     std::error_code error;
     if (fs::is_directory(folder, error))
         return;

@@ -1,6 +1,7 @@
 #include "solvers/implicit_integrator.hpp"
 
 #include "core/bad_numbers.hpp"
+#include "solvers/klu_solver.hpp"
 #include "solvers/phase_timer.hpp"
 
 #include <fmt/format.h>

@@ -59,7 +59,7 @@ void Integrator::visit(Archive& archive) {
     archive.section(name());
     State now = state();
     archive(now, workspace().external);
-    if (archive.reading())
+    if (archive.reading() && now.q.size() > 0) // else one that has not begun yet
         start(now);
 }
 

@@ -140,7 +140,7 @@ TEST(CheckpointIdentity, OfAnotherModelOrOtherOptionsIsRefused) {
 }
 
 const std::map<std::string, std::string> ball{{"joint", "spherical"}}, bearing{{"joint", "revolute"}},
-    mixed{{"joints", "mixed"}};
+    mixed{{"joints", "mixed"}}, two_loops{{"loops", "2"}};
 
 INSTANTIATE_TEST_SUITE_P(
     Mechanisms, Checkpoint,
@@ -151,7 +151,9 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"chain", {{"links", "6"}}, "auto", 1}, Case{"slider-crank", ball, "gear", 0.4},
                     Case{"slider-crank", bearing, "radau", 0.2}, Case{"slider-crank", ball, "rk4", 0.05},
                     Case{"suspension-chain", mixed, "auto", 0.2},
-                    Case{"suspension-chain", mixed, "gear", 0.1}));
+                    Case{"suspension-chain", mixed, "gear", 0.1}, Case{"four-bar", two_loops, "gear", 2.5},
+                    Case{"four-bar", {}, "radau", 2.5}, Case{"four-bar", two_loops, "auto", 2.5},
+                    Case{"four-bar", {}, "rk4", 0.01}));
 
 } // namespace
 } // namespace gudgeon
