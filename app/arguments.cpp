@@ -203,8 +203,7 @@ RunArguments run_arguments(const Typed& typed, ModelArguments model) {
 
 /// Named here, since CLI11 only says that a command is missing.
 void check_command(const std::vector<std::string>& args) {
-    const std::vector<std::string> commands{"run",   "check", "statics", "modes",
-                                            "list",  "export", "resume"};
+    const std::vector<std::string> commands{"run", "check", "statics", "modes", "list", "export", "resume"};
     const std::string allowed = listed(commands) + ", --version, --help";
     if (args.empty())
         throw UsageError("command line", "no command", allowed);

@@ -63,7 +63,7 @@ struct Arguments {
     } command = Command::text;
     RunArguments run; // of run
     ResumeArguments resume;
-    RestArguments rest; // of statics and modes
+    RestArguments rest;   // of statics and modes
     ModelArguments model; // of check and export
     std::string text;     // help or version, to be printed
 };

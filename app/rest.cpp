@@ -1,10 +1,10 @@
 #include "app/rest.hpp"
 
 #include "app/exit_codes.hpp"
+#include "app/file_tools.hpp"
 #include "app/load_model.hpp"
 #include "app/numbers.hpp"
 #include "app/run_record.hpp"
-#include "app/file_tools.hpp"
 #include "contact/standard_forces.hpp"
 #include "core/writer.hpp"
 #include "solvers/modes.hpp"
@@ -213,8 +213,8 @@ int statics(const RestArguments& arguments, const Console& console) {
     const fs::path folder = arguments.out.value_or(at.loaded.model.name);
     make_folder(folder);
     write_atomically(folder / "statics.json",
-               results(at, report, forces).dump(2, ' ', false, ordered_json::error_handler_t::replace) +
-                   '\n');
+                     results(at, report, forces).dump(2, ' ', false, ordered_json::error_handler_t::replace) +
+                         '\n');
     write_atomically(folder / "equilibrium.json", write_model(model_at(at.system, at.state)));
     if (!arguments.quiet)
         console.out << equilibrium_report(at.system, report) << notice_report(report.notices())
@@ -235,9 +235,9 @@ int modes(const RestArguments& arguments, const Console& console) {
     const ModesReport report = find_modes(at.system, at.state, options);
     const fs::path folder = arguments.out.value_or(at.loaded.model.name);
     make_folder(folder);
-    write_atomically(folder / "modes.json",
-               modes_json(at, arguments, report).dump(2, ' ', false, ordered_json::error_handler_t::replace) +
-                   '\n');
+    write_atomically(
+        folder / "modes.json",
+        modes_json(at, arguments, report).dump(2, ' ', false, ordered_json::error_handler_t::replace) + '\n');
     write_atomically(folder / "modes.csv", modes_csv(at.system, report));
     if (!arguments.quiet)
         console.out << mode_table(at.system, report)

@@ -37,8 +37,8 @@ void visit(Archive& archive, State& x) {
 }
 
 void visit(Archive& archive, Workspace& x) {
-    archive(x.motion, x.f, x.external, x.phi, x.rate, x.rows, x.rate_rows, x.lin.C, x.lin.S, x.lin.states, x.lin.reactions,
-            x.angles, x.z, x.lambda, x.contacts, x.scratch, x.samples);
+    archive(x.motion, x.f, x.external, x.phi, x.rate, x.rows, x.rate_rows, x.lin.C, x.lin.S, x.lin.states,
+            x.lin.reactions, x.angles, x.z, x.lambda, x.contacts, x.scratch, x.samples);
 }
 
 } // namespace gudgeon

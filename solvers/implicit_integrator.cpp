@@ -78,9 +78,9 @@ void ImplicitIntegrator::drop_idle_part(VecX& lambda) {
 void ImplicitIntegrator::put_open_rows(Eigen::Ref<VecX> velocity, Eigen::Ref<VecX> position) const {
     velocity = -ws_.rate;
     position = -ws_.phi;
-    if (soft_ && largest(ws_.rate) <= round_off * (1 + largest(end_u())))
+    if (soft_ && largest(ws_.rate) <= round_off * (1 + largest(state_.u)))
         velocity.setZero();
-    if (soft_ && largest(ws_.phi) <= round_off * (1 + largest(end_q())))
+    if (soft_ && largest(ws_.phi) <= round_off * (1 + largest(state_.q)))
         position.setZero();
 }
 
@@ -168,7 +168,8 @@ const Statistics& ImplicitIntegrator::statistics() const {
 
 // Scratch that every use fills first (rhs_, source_, decay_, consistent_) is left out.
 void ImplicitIntegrator::visit(Archive& archive) {
-    if (!goes_on_exactly()) { // CHOLMOD's factors and passes are not kept: anew from the state, work counted on
+    if (!goes_on_exactly()) { // CHOLMOD's factors and passes are not kept: anew from the state, work counted
+                              // on
         Statistics statistics = statistics_;
         Integrator::visit(archive);
         archive(statistics);
@@ -182,8 +183,8 @@ void ImplicitIntegrator::visit(Archive& archive) {
         soften();
     if (archive.reading() && projections)
         consistent_.soften();
-    archive(statistics_, ws_, static_cast<KluSolver&>(solver_), norm_, watch_, values_, state_, z_rate_, h_, full_h_, phi_worst_,
-            rate_worst_, error_, increment_, rejections_in_row_);
+    archive(statistics_, ws_, static_cast<KluSolver&>(solver_), norm_, watch_, values_, state_, z_rate_, h_,
+            full_h_, phi_worst_, rate_worst_, error_, increment_, rejections_in_row_);
 }
 
 void ImplicitIntegrator::begin(const State& state, VecX& acceleration) {
