@@ -26,6 +26,7 @@ CASES = [  # arguments of the run, simulated time between checkpoints
     (["stick-slip", "--integrator", "gear", "--rtol", "1e-8", "--end", "300"], 2),
     (["suspension-chain", "--param", "units=20", "--integrator", "auto", "--channels", "*.z,energy.*", "--end", "2"],
      0.1),
+    (["four-bar", "--param", "loops=10", "--integrator", "gear", "--channels", "crank*", "--end", "10"], 0.1),
 ]
 TIMES = ("cpu_seconds", "cpu_seconds_by_phase", "wall_seconds", "settings")
 
