@@ -2,7 +2,7 @@
 
 #include "core/assembly.hpp"
 #include "solvers/augmented_solver.hpp"
-#include "solvers/contact_watch.hpp"
+#include "solvers/fixed_step.hpp"
 #include "solvers/index1_equations.hpp"
 #include "solvers/phase_timer.hpp"
 
@@ -10,13 +10,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 namespace gudgeon {
 
 namespace {
 
-constexpr double default_step = 1e-3;
 constexpr int most_iterations = 40;
 constexpr int most_reaction_passes = 60;
 constexpr double settled = 1e-14;    // of the coordinates, per iteration: converged
@@ -27,92 +25,45 @@ constexpr double projection = 1e-12; // residual of the projections, relative
 
 double largest(const VecX& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
 
-/// What is known at one end of a step.
-struct Point {
-    State state;
-    VecX acceleration;
-    VecX powers; // as State::work
-    VecX z_rate; // of the friction states
-};
-
-class Bayo final : public Integrator {
+class Bayo final : public FixedStepIntegrator {
   public:
     Bayo(const System& system, const IntegratorOptions& options);
 
-    const char* name() const override { return "bayo"; }
     const char* linear_solver() const override { return "cholmod"; }
     const char* formulation() const override { return formulation_name(Formulation::augmented_lagrangian); }
-    const State& state() const override { return now_.state; }
-    Workspace& workspace() override { return ws_; }
     const Statistics& statistics() const override;
-    void set_on_contact(std::function<void(const ContactEvent&)> f) override {
-        watch_.on_contact = std::move(f);
-    }
-    void start(const State& state) override;
-    StepOutcome advance(double t_stop) override;
-    void interpolate(double t, State& out) const override;
 
   private:
-    StepOutcome take_step(double h, double t_end);
+    StepOutcome take_step(double h, double t_end) override;
+    StepOutcome finish_point(Point& point) override;
     StepOutcome iterate(double h, double t_end);
     void residual(double h, double t_end);
     void settle_states(double h, double t);
     FactorStatus factor_tangent(double h, double t);
     StepOutcome project(double t_end);
     StepOutcome accelerations(Point& point);
-    void finish_point(Point& point);
-    StepOutcome follow_contacts();
+    void finish_motion(Point& point);
     FactorStatus factor_mass();
     void find_gamma(double t);
-    StepOutcome failure(double t, const FactorStatus& status) const;
+    StepOutcome failure(double t, const FactorStatus& status);
     std::span<double> unknowns() { return {rhs_.data(), static_cast<std::size_t>(rhs_.size())}; }
 
-    const System& system_;
-    const double step_;
-    const long max_steps_;
-    Workspace ws_;
     SaddleMatrix saddle_;
     AugmentedSolver tangent_, mass_;
     std::vector<double> values_;
-    ContactWatch watch_;
-    const ContactWatch::MotionAt motion_at_;
-    State inside_;              // of the last step, for the watch
-    Point before_, now_, next_; // begin and end of the last step; the step being taken
-    VecX z_, rhs_, gamma_, row_rate_, momentum_, source_, decay_;
-    VecX external_; // loads now_ was evaluated with
-    StepOutcome started_;
-    mutable Statistics statistics_;
+    VecX z_, rhs_, gamma_, row_rate_, momentum_;
 };
 
 Bayo::Bayo(const System& system, const IntegratorOptions& options)
-    : system_(system), step_(options.step == 0 ? default_step : options.step), max_steps_(options.max_steps),
-      ws_(make_workspace(system, options.threads)), saddle_(system),
+    : FixedStepIntegrator(system, options, "bayo", 2), saddle_(system),
       tangent_(system.velocities(), {.penalty = penalty}),
-      mass_(system.velocities(), {.penalty = penalty, .tolerance = projection}), watch_(system, options),
-      motion_at_([this](double t, int body, BodyMotion& out) {
-          interpolate(t, inside_);
-          out.r = inside_.q.segment<3>(7 * body);
-          out.p = inside_.q.segment<4>(7 * body + 3);
-          out.A = rotation(out.p);
-          out.v = inside_.u.segment<3>(6 * body);
-          out.w = inside_.u.segment<3>(6 * body + 3);
-      }) {
-    if (!(step_ > 0) || !std::isfinite(step_))
-        throw std::invalid_argument(fmt::format("bayo: step {} is not allowed; positive, s", step_));
+      mass_(system.velocities(), {.penalty = penalty, .tolerance = projection}) {
     tangent_.analyse(saddle_.pattern());
     mass_.analyse(saddle_.pattern());
     values_.assign(saddle_.pattern().nonzeros(), 0.0);
-    for (Point* point : {&before_, &now_, &next_}) {
-        point->state = initial_state(system);
-        point->acceleration = VecX::Zero(system.velocities());
-        point->powers = VecX::Zero(work_count(system));
-        point->z_rate = VecX::Zero(system.friction_states());
-    }
     z_ = momentum_ = VecX::Zero(system.velocities());
     rhs_ = VecX::Zero(system.velocities() + system.row_count());
     gamma_ = row_rate_ = VecX::Zero(system.row_count());
-    source_ = decay_ = VecX::Zero(system.friction_states());
-    external_ = ws_.external;
     statistics_.nnz_matrix = saddle_.pattern().nonzeros();
 }
 
@@ -126,55 +77,6 @@ const Statistics& Bayo::statistics() const {
     statistics_.klu_fallbacks = a.klu_fallbacks + b.klu_fallbacks;
     statistics_.nnz_factors = tangent_.factor_nonzeros() + mass_.factor_nonzeros();
     return statistics_;
-}
-
-void Bayo::start(const State& state) {
-    now_.state = state;
-    ws_.angles = state.angles;
-    ws_.z = state.z;
-    ws_.lambda = state.lambda;
-    set_motion(system_, state.q, state.u, ws_);
-    watch_.begin(now_.state, ws_);
-    started_ = accelerations(now_);
-    if (started_.ok)
-        finish_point(now_);
-    before_ = now_;
-}
-
-StepOutcome Bayo::advance(double t_stop) {
-    const double t = now_.state.t, remaining = t_stop - t;
-    if (remaining <= 0 || !started_.ok)
-        return started_;
-    if (statistics_.steps >= max_steps_)
-        return {false, StepReason::none, fmt::format("t = {} s: {} steps were allowed", t, max_steps_)};
-    if (external_ != ws_.external) // loads were set from outside since
-        if (StepOutcome outcome = accelerations(now_); !outcome.ok)
-            return outcome;
-    const bool last = remaining <= step_ * (1 + 1e-9);
-    const double h = last ? remaining : step_, t_end = last ? t_stop : t + h;
-    const StepOutcome outcome = take_step(h, t_end);
-    if (on_step)
-        on_step({t_end, h, 2, outcome.reason, 0});
-    if (!outcome.ok)
-        return outcome;
-    ++statistics_.steps;
-    ++statistics_.order_histogram[2];
-    statistics_.smallest_step = std::min(statistics_.smallest_step, h);
-    statistics_.largest_step = std::max(statistics_.largest_step, h);
-    std::swap(before_, now_);
-    std::swap(now_, next_);
-    return watch_.idle() ? outcome : follow_contacts();
-}
-
-// A fixed step cannot be rejected: contacts that begin too deep are counted.
-StepOutcome Bayo::follow_contacts() {
-    State& s = now_.state;
-    const bool shallow = watch_.judge(before_.state.t, s.t, ws_, motion_at_, ContactEvent::Kind::deep).ok;
-    statistics_.deep_starts += !shallow;
-    s.contacts = before_.state.contacts;
-    s.history = before_.state.history;
-    watch_.commit(before_.state.t, s.t, s, ws_);
-    return watch_.changed() ? accelerations(now_) : StepOutcome{};
 }
 
 // One step from now_ to next_: trapezoidal rule, then projections.
@@ -191,7 +93,7 @@ StepOutcome Bayo::take_step(double h, double t_end) {
     next_.acceleration = (2 / h) * (to.u - from.u) - now_.acceleration;
     if (StepOutcome outcome = project(t_end); !outcome.ok)
         return outcome;
-    finish_point(next_);
+    finish_motion(next_);
     to.work = from.work + (0.5 * h) * (now_.powers + next_.powers);
     return {};
 }
@@ -346,8 +248,15 @@ StepOutcome Bayo::accelerations(Point& point) {
     return {};
 }
 
-// Powers, rates of the friction states, angles and the violations at an end of a step (ws_.motion).
-void Bayo::finish_point(Point& point) {
+StepOutcome Bayo::finish_point(Point& point) {
+    const StepOutcome outcome = accelerations(point);
+    if (outcome.ok)
+        finish_motion(point);
+    return outcome;
+}
+
+// Powers, rates of the friction states, angles and the violations at an end of a step.
+void Bayo::finish_motion(Point& point) {
     const PhaseTimer timer(statistics_.seconds.control);
     State& s = point.state;
     ws_.z = s.z;
@@ -355,58 +264,22 @@ void Bayo::finish_point(Point& point) {
     external_ = ws_.external;
     set_motion(system_, s.q, s.u, ws_);
     evaluate_constraints(system_, s.t, nullptr, false, ws_);
-    statistics_.constraint_position_max = std::max(statistics_.constraint_position_max, largest(ws_.phi));
-    statistics_.constraint_velocity_max = std::max(statistics_.constraint_velocity_max, largest(ws_.rate));
+    record_violations();
     powers(system_, s.t, s.lambda.data(), ws_, point.powers);
-    if (system_.friction_states() > 0) {
-        state_terms(system_, s.t, ws_, source_, decay_);
-        point.z_rate = source_ - decay_.cwiseProduct(ws_.z);
-    }
+    find_state_rates(s.t, point.z_rate);
     update_angles(system_, s.t, ws_, ws_.angles);
     s.angles = ws_.angles;
 }
 
-StepOutcome Bayo::failure(double t, const FactorStatus& status) const {
+StepOutcome Bayo::failure(double t, const FactorStatus& status) {
     if (status.kind == FactorStatus::Kind::non_finite)
-        return {
-            false, StepReason::non_finite,
-            fmt::format("t = {} s: the matrix of the step has entries that are no numbers; a smaller step "
-                        "than {} s may be stable",
-                        t, step_)};
+        return bad_number(t);
     const int n = system_.velocities();
     return {false, StepReason::singular,
             fmt::format("t = {} s: the matrix of the step has no pivot; first at {}", t,
                         status.column < 0   ? "an unknown place"
                         : status.column < n ? "body " + system_.body_names[status.column / 6]
                                             : row_name(system_, status.column - n))};
-}
-
-void Bayo::interpolate(double t, State& out) const {
-    const PhaseTimer timer(statistics_.seconds.output);
-    const State &a = before_.state, &b = now_.state;
-    out = b;
-    const double h = b.t - a.t;
-    if (!(h > 0) || t >= b.t)
-        return;
-    const double s = std::max(0.0, (t - a.t) / h), s2 = s * s, r = 1 - s;
-    const double c = s2 * (3 - 2 * s), c0 = h * s * r * r, c1 = -h * s2 * r; // Hermite weights
-    out.t = t;
-    for (int i = 0; i < system_.moving; ++i) {
-        const int j = 7 * i, k = 6 * i;
-        const Vec4 p0 = a.q.segment<4>(j + 3), p1 = b.q.segment<4>(j + 3);
-        const Vec4 v0 = 0.5 * lt_times(p0, a.u.segment<3>(k + 3)),
-                   v1 = 0.5 * lt_times(p1, b.u.segment<3>(k + 3));
-        out.q.segment<3>(j) = a.q.segment<3>(j) + c * (b.q.segment<3>(j) - a.q.segment<3>(j)) +
-                              c0 * a.u.segment<3>(k) + c1 * b.u.segment<3>(k);
-        out.q.segment<4>(j + 3) = (p0 + c * (p1 - p0) + c0 * v0 + c1 * v1).normalized();
-    }
-    out.u = a.u + c * (b.u - a.u) + c0 * before_.acceleration + c1 * now_.acceleration;
-    out.lambda = a.lambda + s * (b.lambda - a.lambda);
-    if (system_.friction_states() > 0)
-        out.z = a.z + c * (b.z - a.z) + c0 * before_.z_rate + c1 * now_.z_rate;
-    out.contacts = b.contacts;
-    watch_.memory_inside(out.contacts);
-    out.work = a.work + c * (b.work - a.work) + c0 * before_.powers + c1 * now_.powers;
 }
 
 } // namespace

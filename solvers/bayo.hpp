@@ -33,17 +33,14 @@
 // it. Rows that repeat each other need no care. Order 2 in positions and velocities. Friction states follow
 // the trapezoidal rule too.
 //
-// A fixed step cannot be rejected: contacts that begin too deep are counted, as with rk4. A step whose
-// iteration does not converge stops the run. Dense output: cubic in positions, velocities and energies
-// (values and rates at both ends), linear in multipliers.
+// A step whose iteration does not converge stops the run. Contacts and dense output: fixed_step.hpp.
 #pragma once
 
 #include "solvers/integrator.hpp"
 
 namespace gudgeon {
 
-/// options.step: the step, 0 for 1e-3 s; the last step before a stop is shortened to end there exactly.
-/// Throws std::invalid_argument for a step that is negative or not finite.
+/// Options as in fixed_step.hpp.
 std::unique_ptr<Integrator> make_bayo(const System& system, const IntegratorOptions& options);
 
 } // namespace gudgeon

@@ -21,16 +21,15 @@
 //   kept over the step 2e-10 and 1e-7 (h = 0.001 s: below 1e-15 and 1e-10).
 //
 // Stability: the eigenvalues of the mechanism must keep |h s| below about 2.8; stiff bushings need
-// small steps. Dense output: quintic in positions (values, rates, accelerations at both ends), cubic in
-// velocities and energies. Dissipated and input energy: the method's own weights on the powers.
+// small steps. Contacts and dense output: fixed_step.hpp. Dissipated and input energy: the method's own
+// weights on the powers.
 #pragma once
 
 #include "solvers/integrator.hpp"
 
 namespace gudgeon {
 
-/// options.step: the step, 0 for 1e-3 s; the last step before a stop is shortened to end there exactly.
-/// Throws std::invalid_argument for a step that is negative or not finite.
+/// Options as in fixed_step.hpp.
 std::unique_ptr<Integrator> make_rk4(const System& system, const IntegratorOptions& options);
 
 } // namespace gudgeon
