@@ -42,6 +42,7 @@ void SaddleMatrix::build_pattern(const System& system, Rows rows) {
     lower_.assign(12 * std::size_t(m), -1);
     upper_.assign(12 * std::size_t(m), -1);
     pattern_.rows = pattern_.cols = n + m;
+    pattern_.leading = n;
     pattern_.col_start.assign(1, 0);
 
     Groups blocks = group(2 * system.moving, layout.blocks(), [&](int id) { return layout.block_col[id]; });

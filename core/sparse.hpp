@@ -11,6 +11,9 @@ struct CscPattern {
     int cols = 0;
     std::vector<int> col_start; // cols + 1
     std::vector<int> row;       // one per entry
+    /// Of a saddle-point matrix: unknowns before the multipliers. -1: those without an entry on the diagonal
+    /// are the multipliers.
+    int leading = -1;
     int nonzeros() const { return static_cast<int>(row.size()); }
 };
 

@@ -15,10 +15,11 @@ namespace {
 class Matching {
   public:
     explicit Matching(const CscPattern& a) : a_(a), partner_(a.cols, -1), multiplier_(a.cols, 1) {
-        for (int j = 0; j < a.cols; ++j)
-            for (int p = a.col_start[j]; p < a.col_start[j + 1]; ++p)
-                if (a.row[p] == j)
-                    multiplier_[j] = 0;
+        for (int j = 0; j < a.cols; ++j) {
+            const auto begin = a.row.begin() + a.col_start[j], end = a.row.begin() + a.col_start[j + 1];
+            if (a.leading < 0 ? std::find(begin, end, j) != end : j < a.leading)
+                multiplier_[j] = 0;
+        }
         order_candidates();
         visited_.assign(a.cols, -1);
         next_.assign(a.cols, 0);

@@ -11,7 +11,7 @@ namespace gudgeon {
 /// perm[k] is the unknown eliminated k-th. A is square.
 std::vector<int> minimum_degree_ordering(const CscPattern& a);
 
-/// The same on pairs. Unknowns without a structural diagonal entry (multipliers) are
+/// The same on pairs. Multipliers (CscPattern::leading; their diagonal is zero or, of soft rows, small) are
 /// matched with unknowns they are coupled to, the pairs become single nodes of the graph of A + A^T, the
 /// graph is ordered by minimum degree, and a pair is eliminated multiplier last, so that its pivot exists on
 /// the diagonal (Duff & Pralet 2005).

@@ -173,6 +173,18 @@ TEST(Redundancy, ContradictionsAreRefusedByName) {
     }
 }
 
+/// Multipliers of soft rows are eliminated after the bodies they act on, as others are: a ladder of loops
+/// fills its factors in proportion to its length.
+TEST(Redundancy, FactorsGrowWithTheLengthOfALadder) {
+    const auto factor_entries = [](int loops) {
+        Simulation sim =
+            simulation(build_mechanism("four-bar", {{"loops", std::to_string(loops)}}), "gear", 1e-5);
+        EXPECT_TRUE(sim.advance_to(0.02).ok);
+        return static_cast<double>(sim.statistics().nnz_factors) / sim.system().moving;
+    };
+    EXPECT_LT(factor_entries(300), 1.5 * factor_entries(20));
+}
+
 TEST(Redundancy, SoftRowsLeaveTheMatrixRegular) {
     const System system = compiled("four-bar");
     Workspace ws = make_workspace(system);
