@@ -258,6 +258,26 @@ std::vector<JointContact> joint_contacts(const System& system, const Workspace& 
     return out;
 }
 
+void joint_wrenches(const System& system, double t, const VecX& lambda, Workspace& ws,
+                    std::vector<Wrench>& out) {
+    out.assign(system.joints.size(), Wrench{});
+    for (int r = 0; r < system.row_count(); ++r) {
+        const Eigen::Map<const Eigen::Matrix<double, 12, 1>> g(ws.rows.data() + 12 * std::size_t(r));
+        Wrench& w = out[system.rows[r].joint];
+        w.force -= lambda[r] * g.segment<3>(6);
+        w.moment -= lambda[r] * g.segment<3>(9);
+    }
+    const Evaluation e = evaluation(system, ws, t);
+    for (const auto& batch : system.forces)
+        batch->add_joint_wrenches(e, out);
+    for (std::size_t j = 0; j < system.joints.size(); ++j) {
+        const Anchor& b = system.joints[j].b;
+        const Mat3& A = ws.motion[b.body].A;
+        Wrench& w = out[j];
+        w.moment = A * w.moment - (A * b.point).cross(w.force);
+    }
+}
+
 void powers(const System& system, double t, const double* lambda, Workspace& ws, VecX& out, bool sampled) {
     Evaluation e = evaluation(system, ws, t);
     if (lambda)

@@ -24,6 +24,11 @@ void evaluate_constraints(const System& system, double t, const double* lambda, 
 /// ws.lin.C = -df/du, ws.lin.S = -df/dq + d(G^T lambda)/dq and ws.rows = G.
 void linearise(const System& system, double t, const double* lambda, Workspace& ws);
 
+/// Wrench on the second body of each joint, at its joint point, global (N, N m): multipliers times ws.rows,
+/// and what bushings, contacts and friction of the joint pass on, at ws.motion.
+void joint_wrenches(const System& system, double t, const VecX& lambda, Workspace& ws,
+                    std::vector<Wrench>& out);
+
 /// ws.rate_rows = R = d(G u)/dq at ws.motion: how the velocity constraints change with the pose.
 void evaluate_rate_rows(const System& system, double t, Workspace& ws);
 

@@ -1,5 +1,6 @@
 #include "solvers/cholmod_solver.hpp"
 
+#include "solvers/cholmod_tools.hpp"
 #include "solvers/saddle_ordering.hpp"
 
 #include <algorithm>
@@ -8,8 +9,6 @@
 #include <new>
 #include <stdexcept>
 #include <vector>
-
-#include <cholmod.h>
 
 namespace gudgeon {
 
@@ -45,22 +44,15 @@ struct NormalSolver::Impl {
     int bad_pivot() const;
     void solve_permuted();
     void solve_supernodal();
-    cholmod_sparse view();
 };
 
 NormalSolver::Impl::Impl() {
-    cholmod_start(&common);
-    common.print = 0;
-    common.nmethods = 1; // the rows are ordered before CHOLMOD sees them
-    common.method[0].ordering = CHOLMOD_NATURAL;
-    common.postorder = 0;
-    common.final_ll = 0;
-    common.quick_return_if_not_posdef = 1;
 #ifdef GUDGEON_GPL_CHOLMOD
-    common.supernodal = CHOLMOD_AUTO;
+    cholmod::start(common, CHOLMOD_AUTO);
 #else
-    common.supernodal = CHOLMOD_SIMPLICIAL;
+    cholmod::start(common, CHOLMOD_SIMPLICIAL);
 #endif
+    common.quick_return_if_not_posdef = 1;
 }
 
 NormalSolver::Impl::~Impl() {
@@ -127,22 +119,6 @@ void NormalSolver::Impl::find_slots() {
         const auto end = normal.row.begin() + normal.col_start[col + 1];
         slot.push_back(static_cast<int>(std::lower_bound(begin, end, std::min(i, k)) - normal.row.begin()));
     });
-}
-
-cholmod_sparse NormalSolver::Impl::view() {
-    cholmod_sparse a{};
-    a.nrow = a.ncol = b.rows;
-    a.nzmax = normal.row.size();
-    a.p = normal.col_start.data();
-    a.i = normal.row.data();
-    a.x = values.data();
-    a.stype = 1;
-    a.itype = CHOLMOD_INT;
-    a.xtype = CHOLMOD_REAL;
-    a.dtype = CHOLMOD_DOUBLE;
-    a.sorted = 1;
-    a.packed = 1;
-    return a;
 }
 
 void NormalSolver::Impl::assemble(std::span<const double> b_values, double beta) {
@@ -240,7 +216,7 @@ void NormalSolver::analyse(const CscPattern& b) {
     s.scale.assign(b.rows, 1.0);
     s.rhs.assign(b.rows, 0.0);
     if (b.rows > 0) {
-        cholmod_sparse view = s.view();
+        cholmod_sparse view = cholmod::view_upper(s.normal, s.values);
         s.factor = cholmod_analyze(&view, &s.common);
         if (!s.factor)
             throw std::bad_alloc();
@@ -267,7 +243,7 @@ FactorStatus NormalSolver::factor(std::span<const double> values, double beta) {
     if (s.b.rows > 0) {
         s.assemble(values, beta);
         s.scale_diagonal();
-        cholmod_sparse view = s.view();
+        cholmod_sparse view = cholmod::view_upper(s.normal, s.values);
         cholmod_factorize(&view, s.factor, &s.common);
         if (s.common.status < CHOLMOD_OK)
             throw std::bad_alloc();

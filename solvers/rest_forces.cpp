@@ -85,22 +85,7 @@ RestForces rest_forces(const System& system, const State& state,
     Workspace ws = make_workspace(system);
     set_rest(system, state, ws);
     evaluate_constraints(system, state.t, nullptr, true, ws);
-    out.joint.assign(system.joints.size(), Wrench{});
-    for (int r = 0; r < system.row_count(); ++r) {
-        const Eigen::Map<const Eigen::Matrix<double, 12, 1>> g(ws.rows.data() + 12 * std::size_t(r));
-        Wrench& w = out.joint[system.rows[r].joint];
-        w.force -= state.lambda[r] * g.segment<3>(6);
-        w.moment -= state.lambda[r] * g.segment<3>(9);
-    }
-    const Evaluation e = evaluation(system, ws, state.t);
-    for (const auto& batch : system.forces)
-        batch->add_joint_wrenches(e, out.joint);
-    for (std::size_t j = 0; j < system.joints.size(); ++j) {
-        const Anchor& b = system.joints[j].b;
-        const Mat3& A = ws.motion[b.body].A;
-        Wrench& w = out.joint[j];
-        w.moment = A * w.moment - (A * b.point).cross(w.force);
-    }
+    joint_wrenches(system, state.t, state.lambda, ws, out.joint);
     sample_contacts(system, state.t, ws);
     out.contact = joint_contacts(system, ws);
 

@@ -174,7 +174,7 @@ struct Simulation::Impl {
         sample.balance = sample.energies.mechanical() + s.dissipated() - s.input() - balance_start;
         sample_contacts(system, s.t, ws);
         sample.contacts = joint_contacts(system, ws);
-        joint_wrenches();
+        joint_wrenches(system, s.t, s.lambda, ws, sample.joint);
         require_finite_sample();
     }
 
@@ -189,26 +189,6 @@ struct Simulation::Impl {
         throw BadNumberError(fmt::format(
             "no finite number at t = {:.9g} s: accelerations, reactions or energies of the sample",
             sample.state.t));
-    }
-
-    // Wrenches on b, from the multipliers and the force batches, moved to b's joint point.
-    void joint_wrenches() {
-        sample.joint.assign(system.joints.size(), Wrench{});
-        for (int r = 0; r < system.row_count(); ++r) {
-            const Eigen::Map<const Eigen::Matrix<double, 12, 1>> g(ws.rows.data() + 12 * std::size_t(r));
-            Wrench& w = sample.joint[system.rows[r].joint];
-            w.force -= sample.state.lambda[r] * g.segment<3>(6);
-            w.moment -= sample.state.lambda[r] * g.segment<3>(9);
-        }
-        const Evaluation e = evaluation(system, ws, sample.state.t);
-        for (const auto& batch : system.forces)
-            batch->add_joint_wrenches(e, sample.joint);
-        for (std::size_t j = 0; j < system.joints.size(); ++j) {
-            const Anchor& b = system.joints[j].b;
-            const Mat3& A = ws.motion[b.body].A;
-            Wrench& w = sample.joint[j];
-            w.moment = A * w.moment - (A * b.point).cross(w.force);
-        }
     }
 };
 

@@ -1,13 +1,12 @@
 #include "solvers/sparse_cholesky.hpp"
 
+#include "solvers/cholmod_tools.hpp"
 #include "solvers/linear_solver.hpp"
 #include "solvers/saddle_ordering.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <new>
-
-#include <cholmod.h>
 
 namespace gudgeon {
 
@@ -18,33 +17,10 @@ struct SparseCholesky::Impl {
     CscPattern upper;
     std::vector<double> values;
 
-    Impl() {
-        cholmod_start(&common);
-        common.print = 0;
-        common.nmethods = 1; // the unknowns are ordered before CHOLMOD sees them
-        common.method[0].ordering = CHOLMOD_NATURAL;
-        common.postorder = 0;
-        common.final_ll = 0;
-        common.supernodal = CHOLMOD_SIMPLICIAL;
-    }
+    Impl() { cholmod::start(common, CHOLMOD_SIMPLICIAL); }
     ~Impl() {
         cholmod_free_factor(&factor, &common);
         cholmod_finish(&common);
-    }
-
-    cholmod_sparse view() {
-        cholmod_sparse a{};
-        a.nrow = a.ncol = static_cast<std::size_t>(upper.cols);
-        a.nzmax = values.size();
-        a.p = upper.col_start.data();
-        a.i = upper.row.data();
-        a.x = values.data();
-        a.stype = 1;
-        a.itype = CHOLMOD_INT;
-        a.xtype = CHOLMOD_REAL;
-        a.dtype = CHOLMOD_DOUBLE;
-        a.sorted = a.packed = 1;
-        return a;
     }
 
     // L D L^T goes on after a negative pivot.
@@ -103,7 +79,7 @@ void SparseCholesky::analyse(const CscPattern& full) {
     s.values.assign(s.upper.nonzeros(), 0.0);
     if (full.cols == 0)
         return;
-    cholmod_sparse a = s.view();
+    cholmod_sparse a = cholmod::view_upper(s.upper, s.values);
     s.factor = cholmod_analyze(&a, &s.common);
     if (!s.factor)
         throw std::bad_alloc();
@@ -125,7 +101,7 @@ bool SparseCholesky::factor() {
     Impl& s = *impl_;
     if (s.upper.cols == 0)
         return true;
-    cholmod_sparse a = s.view();
+    cholmod_sparse a = cholmod::view_upper(s.upper, s.values);
     cholmod_factorize(&a, s.factor, &s.common);
     if (s.common.status < CHOLMOD_OK)
         throw std::bad_alloc();

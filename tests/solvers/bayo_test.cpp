@@ -14,14 +14,6 @@ namespace {
 using namespace integrator_tools;
 using testing_data::ReferenceTable;
 
-std::unique_ptr<Integrator> started(const System& system, double step) {
-    IntegratorOptions options;
-    options.step = step;
-    auto integrator = make_bayo(system, options);
-    integrator->start(initial_state(system));
-    return integrator;
-}
-
 /// Errors at halved steps fall by four.
 void expect_order_two(const std::vector<double>& errors) {
     for (std::size_t i = 1; i < errors.size(); ++i)
@@ -33,7 +25,7 @@ TEST(Bayo, PendulumHasOrderTwoInPositionsAndVelocities) {
     std::vector<double> positions, velocities;
     const test::PendulumTruth truth(2.5);
     for (const double h : {0.01, 0.005, 0.0025}) {
-        auto bayo = started(system, h);
+        auto bayo = started(make_bayo, system, h);
         ASSERT_TRUE(run(*bayo, 2.5).ok);
         const State& s = bayo->state();
         positions.push_back((s.q.head<3>() - truth.r).norm());
@@ -52,7 +44,7 @@ TEST(Bayo, SliderCrankHasOrderTwo) {
     const ReferenceTable reference("r1_slider_crank_ideal.csv");
     std::vector<double> errors;
     for (const double h : {2e-3, 1e-3, 5e-4}) {
-        auto bayo = started(system, h);
+        auto bayo = started(make_bayo, system, h);
         double largest = 0;
         for (std::size_t row = 1; row < reference.rows() && reference["t"][row] <= 0.5; ++row) {
             ASSERT_TRUE(run(*bayo, reference["t"][row]).ok);
@@ -67,7 +59,7 @@ TEST(Bayo, SliderCrankHasOrderTwo) {
 TEST(Bayo, ReactionsOfTheSliderCrank) {
     const System system = ready("slider-crank");
     const ReferenceTable reference("r1_slider_crank_ideal.csv");
-    auto bayo = started(system, 2.5e-4);
+    auto bayo = started(make_bayo, system, 2.5e-4);
     const int first = system.joints[system.joint_index("B")].first_row;
     for (std::size_t row = 10; row < reference.rows() && reference["t"][row] <= 0.4; row += 10) {
         ASSERT_TRUE(run(*bayo, reference["t"][row]).ok);
@@ -85,7 +77,7 @@ TEST(Bayo, TurningBodiesHaveOrderTwo) {
     const std::size_t row = reference.rows() / 2;
     std::vector<double> errors;
     for (const double h : {1e-3, 5e-4, 2.5e-4}) {
-        auto bayo = started(system, h);
+        auto bayo = started(make_bayo, system, h);
         ASSERT_TRUE(run(*bayo, reference["t"][row]).ok);
         const State& s = bayo->state();
         const Vec4 p(reference["e0"][row], reference["e1"][row], reference["e2"][row], reference["e3"][row]);
@@ -99,7 +91,7 @@ TEST(Bayo, EnergyOfAPendulumReturnsToOrderTwo) {
     const System system = ready("pendulum");
     std::vector<double> errors;
     for (const double h : {0.01, 0.005, 0.0025}) {
-        auto bayo = started(system, h);
+        auto bayo = started(make_bayo, system, h);
         const double energy = mechanical_energy(system, bayo->state());
         double largest = 0;
         ASSERT_TRUE(run(*bayo, 10, 0.05, [&](const State& s) {
@@ -113,7 +105,7 @@ TEST(Bayo, EnergyOfAPendulumReturnsToOrderTwo) {
 
 TEST(Bayo, OscillatorFollowsItsClosedForm) {
     const System system = Oscillator::system();
-    auto bayo = started(system, 1e-3);
+    auto bayo = started(make_bayo, system, 1e-3);
     ASSERT_TRUE(run(*bayo, 2, 0.0137, [&](const State& s) {
                     EXPECT_NEAR(s.q[0], Oscillator::x(s.t), 2e-6);
                     EXPECT_NEAR(s.u[0], Oscillator::v(s.t), 1e-5);
@@ -123,7 +115,7 @@ TEST(Bayo, OscillatorFollowsItsClosedForm) {
 
 TEST(Bayo, DriveAndTheEnergyItPutsIn) {
     const System system = driven_slider_crank();
-    auto bayo = started(system, 5e-4);
+    auto bayo = started(make_bayo, system, 5e-4);
     const double energy = mechanical_energy(system, bayo->state());
     double largest = 0;
     const StepOutcome outcome = run(*bayo, 0.5, 0.0123, [&](const State& s) {
@@ -145,7 +137,7 @@ TEST(Bayo, RepeatedRowsShareTheirReaction) {
             model.joints.push_back(twin);
         }
     const System system = compile(std::move(model), standard_force_builders());
-    auto bayo = started(system, 0.0025);
+    auto bayo = started(make_bayo, system, 0.0025);
     const StepOutcome outcome = run(*bayo, 2.5);
     ASSERT_TRUE(outcome.ok) << outcome.message;
     const State& s = bayo->state();
@@ -177,7 +169,7 @@ TEST(Bayo, FourBarKeepsToItsExactMotion) {
     }();
     std::vector<double> errors;
     for (const double h : {4e-3, 2e-3, 1e-3}) {
-        auto bayo = started(system, h);
+        auto bayo = started(make_bayo, system, h);
         const StepOutcome outcome = run(*bayo, end);
         ASSERT_TRUE(outcome.ok) << outcome.message;
         const int crank = system.body_index("crank0");
@@ -190,10 +182,10 @@ TEST(Bayo, FourBarKeepsToItsExactMotion) {
 
 TEST(Bayo, ContactsBeginDeepAndAreCounted) {
     const System system = ready("bouncing-journal");
-    auto coarse = started(system, 1e-3);
+    auto coarse = started(make_bayo, system, 1e-3);
     ASSERT_TRUE(run(*coarse, 0.05).ok);
     EXPECT_GT(coarse->statistics().deep_starts, 0);
-    auto bayo = started(system, 1e-4);
+    auto bayo = started(make_bayo, system, 1e-4);
     const StepOutcome outcome = run(*bayo, 0.2);
     ASSERT_TRUE(outcome.ok) << outcome.message;
     // falls 1 mm in 14 ms and loses energy at each impact
@@ -205,7 +197,7 @@ TEST(Bayo, ContactsBeginDeepAndAreCounted) {
 
 TEST(Bayo, StopsExactlyAndRefusesBadSteps) {
     const System system = ready("pendulum");
-    auto bayo = started(system, 0.01);
+    auto bayo = started(make_bayo, system, 0.01);
     for (const double stop : {0.123, 0.123 + 1e-6, 0.5}) {
         ASSERT_TRUE(run(*bayo, stop).ok);
         EXPECT_EQ(bayo->state().t, stop);
@@ -221,7 +213,7 @@ TEST(Bayo, StopsExactlyAndRefusesBadSteps) {
 
 TEST(Bayo, LoadsFromOutsideActFromTheNextStep) {
     const System system = pushed_body([](const UserForceInput&, UserForceOutput&) {});
-    auto bayo = started(system, 0.1);
+    auto bayo = started(make_bayo, system, 0.1);
     ASSERT_TRUE(run(*bayo, 0.5).ok);
     bayo->workspace().external[0] = 3;
     ASSERT_TRUE(run(*bayo, 1.5).ok);
@@ -235,7 +227,7 @@ TEST(Bayo, ForcesThatAreNoNumbersEndTheRun) {
         if (in.t > 0.25)
             out.wrench.force_b.x() = std::nan("");
     });
-    auto bayo = started(system, 0.1);
+    auto bayo = started(make_bayo, system, 0.1);
     const StepOutcome outcome = run(*bayo, 1);
     EXPECT_FALSE(outcome.ok);
     EXPECT_EQ(outcome.reason, StepReason::non_finite);

@@ -19,6 +19,15 @@ inline System ready(const std::string& name, const std::map<std::string, std::st
     return compile(build_mechanism(name, parameters), standard_force_builders());
 }
 
+/// An integrator of fixed steps at the start of a system.
+template <class Make> std::unique_ptr<Integrator> started(Make make, const System& system, double step) {
+    IntegratorOptions options;
+    options.step = step;
+    auto integrator = make(system, options);
+    integrator->start(initial_state(system));
+    return integrator;
+}
+
 /// Advances to `end`; calls `at(state)` at k * every, interpolated, and at the end.
 inline StepOutcome run(Integrator& integrator, double end, double every = 0,
                        const std::function<void(const State&)>& at = {}) {

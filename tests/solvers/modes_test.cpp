@@ -71,18 +71,8 @@ TEST(Modes, InvertedPendulumGrows) {
         EXPECT_NEAR(mode.root.real(), mode.kind == Mode::Kind::unstable ? rate : -rate, 1e-11);
 }
 
-Model block_on_rubber() {
-    Model model;
-    model.bodies = {make_body("block", 3, {0.02, 0.03, 0.04}, {0, 0, 0})};
-    Joint joint = make_joint("rubber", JointKind::rigid, "ground", "block", {0, 0, 0});
-    joint.fidelity = Fidelity::bushing;
-    joint.bushing = Bushing{{4e4, 5e4, 6e4, 100, 200, 3000}, {40, 50, 60, 0.1, 0.2, 60}, {}, {}};
-    model.joints = {joint};
-    return model;
-}
-
 TEST(Modes, BlockOnRubberHasTheDampingRatiosOfOscillators) {
-    Model model = block_on_rubber();
+    Model model = test::block_on_rubber(3000, 60);
     model.gravity.setZero();
     const ModesReport report = modes_of(model);
     struct Oscillator {

@@ -61,18 +61,8 @@ std::pair<double, double> second_of_rest(const Model& model, const std::string& 
     return {kinetic, moved};
 }
 
-Model mass_on_bushing() {
-    Model model;
-    model.bodies = {make_body("block", 3, {0.02, 0.03, 0.04}, {0, 0, 0})};
-    Joint joint = make_joint("rubber", JointKind::rigid, "ground", "block", {0, 0, 0});
-    joint.fidelity = Fidelity::bushing;
-    joint.bushing = Bushing{{4e4, 5e4, 6e4, 100, 200, 300}, {40, 50, 60, 0.1, 0.2, 0.3}, {}, {}};
-    model.joints = {joint};
-    return model;
-}
-
 TEST(Statics, MassOnABushingSagsByItsWeightOverTheStiffness) {
-    const Rest at = rest_of(mass_on_bushing());
+    const Rest at = rest_of(test::block_on_rubber(300, 0.3));
     ASSERT_TRUE(at.report.ok) << at.report.message;
     EXPECT_NEAR(at.state.q[2], -3 * 9.81 / 6e4, 1e-15);
     EXPECT_LT(at.report.relative_residual(), 1e-12);
@@ -248,7 +238,7 @@ INSTANTIATE_TEST_SUITE_P(All, StaticsOfSuspensions, testing::Values("bushing", "
                          [](const auto& info) { return std::string(info.param); });
 
 TEST(Statics, FreeFallIsRefusedByName) {
-    Model model = mass_on_bushing();
+    Model model = test::block_on_rubber(300, 0.3);
     model.bodies.push_back(make_body("loose", 1, {1, 1, 1}, {5, 0, 0}));
     SimulationOptions options;
     options.start = Start::equilibrium;

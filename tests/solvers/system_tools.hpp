@@ -4,6 +4,7 @@
 #include "contact/standard_forces.hpp"
 #include "core/assembly.hpp"
 #include "core/matrices.hpp"
+#include "models/builders.hpp"
 #include "models/mechanisms.hpp"
 #include "tests/core/motion_tools.hpp"
 
@@ -19,6 +20,18 @@ inline System compiled(Model model) { return compile(std::move(model), standard_
 
 inline System compiled(const std::string& name, const std::map<std::string, std::string>& parameters = {}) {
     return compiled(build_mechanism(name, parameters));
+}
+
+/// 3 kg on a bushing to the ground: 4e4, 5e4, 6e4 N/m and 100, 200 N m/rad; about z as given.
+inline Model block_on_rubber(double stiffness_z, double damping_z) {
+    Model model;
+    model.bodies = {make_body("block", 3, {0.02, 0.03, 0.04}, {0, 0, 0})};
+    Joint joint = make_joint("rubber", JointKind::rigid, "ground", "block", {0, 0, 0});
+    joint.fidelity = Fidelity::bushing;
+    joint.bushing =
+        Bushing{{4e4, 5e4, 6e4, 100, 200, stiffness_z}, {40, 50, 60, 0.1, 0.2, damping_z}, {}, {}};
+    model.joints = {joint};
+    return model;
 }
 
 inline MatX dense(const CscMatrix& m) {
