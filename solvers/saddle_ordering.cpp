@@ -1,6 +1,7 @@
 #include "solvers/saddle_ordering.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <new>
 #include <utility>
 
@@ -51,6 +52,8 @@ class Matching {
         }
     }
 
+    static constexpr int dead = std::numeric_limits<int>::max();
+
     int free_candidate(int i) const {
         for (int p = start_[i]; p < start_[i + 1]; ++p)
             if (partner_[candidate_[p]] < 0)
@@ -60,6 +63,7 @@ class Matching {
 
     void augment(int root) {
         std::vector<std::pair<int, int>> path; // multiplier, unknown it takes over
+        seen_.clear();
         next_[root] = start_[root];
         int i = root;
         while (true) {
@@ -72,15 +76,19 @@ class Matching {
             int taken = -1;
             while (taken < 0 && next_[i] < start_[i + 1]) {
                 const int j = candidate_[next_[i]++];
-                if (visited_[j] != root)
+                if (visited_[j] != root && visited_[j] != dead)
                     taken = j;
             }
             if (taken >= 0) {
                 visited_[taken] = root;
+                seen_.push_back(taken);
                 path.emplace_back(i, taken);
                 i = partner_[taken];
                 next_[i] = start_[i];
             } else if (path.empty()) {
+                // nothing free can be reached from here, nor later: rows that repeat others are many
+                for (const int j : seen_)
+                    visited_[j] = dead;
                 return;
             } else {
                 i = path.back().first;
@@ -98,7 +106,7 @@ class Matching {
     std::vector<int> partner_;
     std::vector<char> multiplier_;
     std::vector<int> start_, candidate_; // ordinary unknowns of each multiplier
-    std::vector<int> visited_, next_;
+    std::vector<int> visited_, next_, seen_;
 };
 
 std::vector<int> minimum_degree(int n, const std::vector<int>& start, const std::vector<int>& row) {
