@@ -1,5 +1,5 @@
 // Hard cases of single contacts: hardly any gap, speed or motion, much stiffness or speed, two at once. The
-// bounds and their reasons stand beside each test.
+// bounds and their reasons stand beside each test; more: bench/hard_cases/contacts.cpp.
 #include "contact/normal_law.hpp"
 #include "tests/solvers/hard_case_tools.hpp"
 
@@ -38,21 +38,8 @@ Rest rest(Model model, const HowToRun& how) {
     return out;
 }
 
-// Rest is where the elastic part carries the weight; an implicit method of any worth ends there to round-off
-// times its Newton tolerance: 1e-6 of the depth, and no creep of that size between 1 s and 10 s.
-TEST_P(HardCase, RestingContactStaysWhereItsLawPutsIt) {
-    const double depth = std::pow(weight / stiffness, 1 / 1.5);
-    for (const char* kind : {"hertz", "lankarani-nikravesh", "flores", "hunt-crossley"}) {
-        SCOPED_TRACE(kind);
-        const bool elastic = std::string(kind) == "hertz"; // never comes to rest by itself
-        const Model model = ball_above(law_of(kind, stiffness, 0.75), elastic ? -depth : 1e-5);
-        const Rest found = rest(model, how(1e-6, 10, 0.1));
-        EXPECT_LT(found.steps, 500);
-        EXPECT_NEAR(found.depth, depth, 1e-6 * depth);
-        EXPECT_NEAR(found.early, depth, 1e-6 * depth);
-    }
-}
-
+// Rest is where the elastic part carries the weight: to 1e-6 of the depth, and no creep of that size between
+// 1 s and 10 s (as for a ball: bench/hard_cases/contacts.cpp).
 TEST_P(HardCase, RestingJournalOnSteel) {
     Model model = build_mechanism("bouncing-journal", {{"law", "cylinder"}});
     model.bodies[0].position = {0, 0, -1e-3 + 1e-5}; // bounces some twenty times on its 24 nm
@@ -105,27 +92,6 @@ TEST_P(HardCase, GapOfAMicrometre) {
     EXPECT_NEAR(-run.last.state.u[0] / (0.01 * speed_ratio(chi)), 1, radau() ? 1e-5 : 1e-4);
     EXPECT_NEAR(run.history[0].deepest / depth, 1, radau() ? 1e-4 : 1e-3);
     EXPECT_LT(run.statistics.steps, 200);
-}
-
-// Speeds below the tolerance: nothing is asked of the motion but that it stays below ten tolerances, and that
-// the contact, whose threshold is 1e-10 m and less, is neither tried for ever nor missed.
-TEST_P(HardCase, ApproachAtANanometrePerSecond) {
-    for (const double tolerance : {1e-4, 1e-6, 1e-9}) {
-        SCOPED_TRACE(tolerance);
-        Model model = ball(law_of("lankarani-nikravesh", stiffness, 0.75), 1e-3);
-        model.bodies[0].position = {1e-3 - 1e-9, 0, 0}; // 1 s before contact
-        model.bodies[0].velocity = {1e-9, 0, 0};
-        const HardRun free = simulate(model, how(tolerance, 10));
-        EXPECT_GE(free.starts.size(), 1u);
-        EXPECT_LT(free.statistics.steps, 100);
-        EXPECT_LE(free.statistics.rejected_contact, 10);
-        EXPECT_LT(std::abs(free.last.state.u[0]), 2e-9 + 10 * tolerance);
-        model.gravity = {9.81, 0, 0};
-        const HardRun loaded = simulate(model, how(tolerance, 10));
-        EXPECT_LT(loaded.statistics.steps, 500);
-        EXPECT_LE(loaded.statistics.rejected_contact, 30);
-        EXPECT_NEAR(loaded.last.contacts[0].normal_force, weight, 1e-3 * weight);
-    }
 }
 
 // 200 turns a second against stops after 5 turns and back at -3: flight and impact in closed form. The angle

@@ -1,0 +1,18 @@
+// The themes of the hard cases, one file each.
+#pragma once
+
+#include "bench/hard_cases/hard_case.hpp"
+
+namespace gudgeon::hard {
+
+std::vector<HardCase> linkage_cases();
+std::vector<HardCase> long_time_cases();
+std::vector<HardCase> quiet_cases();
+std::vector<HardCase> contact_cases();
+
+/// In the order of the report.
+inline std::vector<std::vector<HardCase> (*)()> themes() {
+    return {linkage_cases, long_time_cases, quiet_cases, contact_cases};
+}
+
+} // namespace gudgeon::hard
