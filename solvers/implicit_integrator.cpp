@@ -114,6 +114,9 @@ double ImplicitIntegrator::force_of(const VecX& lambda) {
 }
 
 StepOutcome ImplicitIntegrator::advance(double t_stop) {
+    if (statistics_.steps >= options_.max_steps)
+        return {false, StepReason::none,
+                fmt::format("t = {} s: {} steps were allowed", state_.t, options_.max_steps)};
     bool accepted = false;
     while (!accepted) {
         if (h_ < smallest_step())

@@ -117,6 +117,16 @@ TEST_P(ImplicitSteps, LongestStepIsObeyed) {
     EXPECT_EQ(gear ? s.order_histogram[1] + s.order_histogram[2] : s.order_histogram[5], s.steps);
 }
 
+TEST_P(ImplicitSteps, NoMoreStepsThanAllowed) {
+    SimulationOptions options = tolerance(1e-6);
+    options.integration.max_steps = 20;
+    Simulation sim(build_mechanism("pendulum"), options);
+    const StepOutcome outcome = sim.advance_to(10);
+    EXPECT_FALSE(outcome.ok);
+    EXPECT_NE(outcome.message.find("20 steps"), std::string::npos) << outcome.message;
+    EXPECT_EQ(sim.statistics().steps, 20);
+}
+
 TEST_P(ImplicitSteps, StopsExactlyWhereTold) {
     Simulation sim(build_mechanism("heavy-top"), tolerance(1e-6));
     for (const double t : {1e-6, 0.1, 0.1 + 1e-9, 0.35, 0.36}) {

@@ -1,0 +1,280 @@
+// Large and small side by side: masses, stiffnesses, inertias, lengths.
+#include "bench/hard_cases/cases.hpp"
+#include "bench/hard_cases/truths.hpp"
+#include "models/builders.hpp"
+
+#include <Eigen/Cholesky>
+
+#include <functional>
+
+namespace gudgeon::hard {
+
+namespace {
+
+constexpr double g = 9.81;
+
+Model weighed_chain(const std::vector<double>& mass) {
+    Model model = build_mechanism("chain", {{"links", std::to_string(mass.size())}, {"thin", "1"}});
+    for (std::size_t k = 0; k < mass.size(); ++k) {
+        model.bodies[k].mass *= mass[k];
+        model.bodies[k].inertia *= mass[k];
+    }
+    return model;
+}
+
+/// Masses of 1e-6 ... 1e6 kg in the order of powers given by a rule, for 13 links.
+std::vector<double> masses(const std::function<int(int)>& power) {
+    std::vector<double> out;
+    for (int k = 0; k < 13; ++k)
+        out.push_back(std::pow(10.0, power(k)));
+    return out;
+}
+
+/// Stretched out and turning about the origin, no weight.
+Model turning(const std::vector<double>& mass, double speed) {
+    Model model = weighed_chain(mass);
+    model.gravity = Vec3::Zero();
+    for (Body& body : model.bodies) {
+        body.angular_velocity = {0, speed, 0};
+        body.velocity = body.angular_velocity.cross(body.position);
+    }
+    return model;
+}
+
+using Long = long double;
+using LongVec = Eigen::Matrix<Long, Eigen::Dynamic, 1>;
+using LongMat = Eigen::Matrix<Long, Eigen::Dynamic, Eigen::Dynamic>;
+
+/// The chain as n angles (of each rod above X) with its full mass matrix, by Runge-Kutta steps: no
+/// constraint.
+class RodAngles {
+  public:
+    explicit RodAngles(std::vector<double> mass)
+        : n_(static_cast<int>(mass.size())), c_(n_, n_), weight_(n_) {
+        for (int i = 0; i < n_; ++i) {
+            Long beyond = 0;
+            for (int k = i + 1; k < n_; ++k)
+                beyond += mass[k];
+            weight_[i] = g * (beyond + mass[i] / 2);
+            for (int j = 0; j < i; ++j)
+                c_(i, j) = c_(j, i) = beyond + mass[i] / 2;
+            c_(i, i) = beyond + mass[i] / 3;
+        }
+    }
+    /// The tip after `end` from rest at these angles, m.
+    Eigen::Matrix<Long, 2, 1> tip(LongVec angle, Long end, int steps) const {
+        LongVec rate = LongVec::Zero(n_);
+        const Long h = end / steps;
+        for (int s = 0; s < steps; ++s) {
+            const LongVec a1 = acceleration(angle, rate), r2 = rate + h / 2 * a1,
+                          a2 = acceleration(angle + h / 2 * rate, r2), r3 = rate + h / 2 * a2,
+                          a3 = acceleration(angle + h / 2 * r2, r3), r4 = rate + h * a3,
+                          a4 = acceleration(angle + h * r3, r4);
+            angle += h / 6 * (rate + 2 * r2 + 2 * r3 + r4);
+            rate += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
+        }
+        return {angle.array().cos().sum(), angle.array().sin().sum()};
+    }
+
+  private:
+    LongVec acceleration(const LongVec& angle, const LongVec& rate) const {
+        LongMat m(n_, n_);
+        LongVec f(n_);
+        for (int i = 0; i < n_; ++i) {
+            f[i] = -weight_[i] * std::cos(angle[i]);
+            for (int j = 0; j < n_; ++j) {
+                m(i, j) = c_(i, j) * std::cos(angle[i] - angle[j]);
+                f[i] -= c_(i, j) * std::sin(angle[i] - angle[j]) * rate[j] * rate[j];
+            }
+        }
+        return m.llt().solve(f);
+    }
+
+    int n_;
+    LongMat c_;
+    LongVec weight_;
+};
+
+// Turning chains stay straight whatever their masses, and each joint pulls what lies beyond it on its circle.
+// The falling chain gets lighter outwards (inwards it could not be followed by explicit steps); how much it
+// blows up errors is that of a small turn of all its rods.
+void mass_ratios(Trial& trial) {
+    const double tolerance = 1e-6, speed = 2;
+    const std::pair<const char*, std::vector<double>> orders[]{
+        {"growing", masses([](int k) { return k - 6; })},
+        {"falling", masses([](int k) { return 6 - k; })},
+        {"in turn", masses([](int k) { return k % 2 ? 6 : -6; })}};
+    double place = 0, pull = 0;
+    for (const auto& [name, mass] : orders)
+        trial.run(turning(mass, speed), tolerance, {2 * pi / speed, 0.1 * pi},
+                  [&](const Simulation&, const Sample& sample) {
+                      const double a = speed * sample.state.t;
+                      const Vec3 out(std::cos(a), 0, -std::sin(a));
+                      double force = 0;
+                      for (std::size_t k = mass.size(); k-- > 0;) {
+                          const double r = static_cast<double>(k) + 0.5;
+                          force += mass[k] * r * speed * speed;
+                          place = std::max(place, (sample.motion[k].r - r * out).norm());
+                          pull = std::max(pull, (sample.joint[k].force + force * out).norm() / force);
+                      }
+                  });
+    const double bound = allowance(tolerance, 1, 13);
+    trial.hold("turning once: off the circle, m", place, bound);
+    trial.hold("pull of the joints, of itself", pull, bound);
+    const double end = 0.5;
+    const int links = 13;
+    const RodAngles rods(orders[1].second);
+    static const auto exact = rods.tip(LongVec::Zero(links), end, 2000);
+    static const auto coarse = rods.tip(LongVec::Zero(links), end, 1000);
+    static const double growth =
+        static_cast<double>((rods.tip(LongVec::Constant(links, 1e-6), end, 1000) - coarse).norm()) / 1e-6;
+    const Sample last = trial.run(weighed_chain(orders[1].second), tolerance, {end});
+    const BodyMotion& link = last.motion[links - 1];
+    const Vec3 tip = link.r + link.A * Vec3(0.5, 0, 0);
+    trial.hold("the reference's own error, m", static_cast<double>((exact - coarse).norm()), tolerance);
+    trial.hold("falling 0.5 s: tip, m",
+               std::hypot(tip.x() - static_cast<double>(exact[0]), tip.z() - static_cast<double>(exact[1])),
+               allowance(tolerance, 1, 13, std::max(1.0, growth / links)));
+}
+
+/// A bar that hangs from a hinge in rubber 1 m from its mass centre, level at the start.
+struct RubberHinge {
+    double stiffness;
+    static constexpr double mass = 1, inertia = 0.1, damping_share = 0.1;
+    double damping() const { return 2 * damping_share * std::sqrt(stiffness * mass); }
+
+    Model model() const {
+        Model out;
+        out.bodies = {make_body("bar", mass, {1e-3, inertia, inertia}, {1, 0, 0})};
+        Joint joint = make_joint("hinge", JointKind::revolute, "ground", "bar", Vec3::Zero(), Vec3::UnitY());
+        joint.fidelity = Fidelity::bushing;
+        joint.bushing = Bushing{};
+        for (int i = 0; i < 5; ++i) { // the last turns about the hinge's own axis
+            joint.bushing->stiffness[i] = stiffness;
+            joint.bushing->damping[i] = damping();
+        }
+        out.joints = {joint};
+        return out;
+    }
+
+    /// x, z, angle (below X) and their rates by Runge-Kutta steps, 50 to a radian of the fastest mode.
+    Vec6 state(double end) const {
+        const double fastest = std::sqrt(stiffness * (1 / mass + 1 / inertia));
+        const long steps = std::lround(50 * end * (fastest + 10));
+        Vec6 y;
+        y << 1, 0, 0, 0, 0, 0;
+        const auto rates = [&](const Vec6& s) {
+            const double c = std::cos(s[2]), d = std::sin(s[2]);
+            const double x = s[0] - c, z = s[1] + d; // of the hinge's point on the bar
+            const double vx = s[3] + d * s[5], vz = s[4] + c * s[5];
+            const double fx = -stiffness * x - damping() * vx, fz = -stiffness * z - damping() * vz;
+            Vec6 out;
+            out << s[3], s[4], s[5], fx / mass, fz / mass - g, (d * fx + c * fz) / inertia;
+            return out;
+        };
+        const double h = end / static_cast<double>(steps);
+        for (long i = 0; i < steps; ++i) {
+            const Vec6 k1 = rates(y), k2 = rates(y + h / 2 * k1), k3 = rates(y + h / 2 * k2),
+                       k4 = rates(y + h * k3);
+            y += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+        }
+        return y;
+    }
+};
+
+// Up to 1e6 N/m the truth is three equations by short explicit steps. Above, the motion is that of the
+// pendulum on a perfect hinge but for the hinge's give, at most 3 m g over the stiffness, twice that while it
+// rings.
+void bushing_stiffness(Trial& trial) {
+    const double tolerance = 1e-6, end = 2;
+    const Swing swing{g / (1 + RubberHinge::inertia), pi / 2};
+    const Swing::Now now = swing.at(end);
+    const Vec3 perfect(std::sin(now.theta), 0, -std::cos(now.theta));
+    const double force = 2 * RubberHinge::mass * g * std::cos(now.theta) / (1 + RubberHinge::inertia) +
+                         RubberHinge::mass * g * std::cos(now.theta); // along the bar
+    double soft = 0, stiff = 0, pull = 0;
+    for (const double stiffness : {1e2, 1e4, 1e6, 1e8, 1e10, 1e12}) {
+        const RubberHinge hinge{stiffness};
+        const Sample last = trial.run(hinge.model(), tolerance, {end});
+        const Vec3& r = last.motion[0].r;
+        if (stiffness <= 1e6) {
+            const Vec6 truth = hinge.state(end);
+            soft = std::max(soft, std::hypot(r.x() - truth[0], r.z() - truth[1]));
+        } else {
+            stiff = std::max(stiff, (r - perfect).norm() - 6 * RubberHinge::mass * g / stiffness);
+            pull = std::max(pull, std::abs(last.joint[0].force.dot(-perfect) / force - 1));
+        }
+    }
+    const double bound = allowance(tolerance, end / swing.period() * 1, 1);
+    trial.hold("1e2 ... 1e6 N/m: off, m", soft,
+               allowance(tolerance, end * std::sqrt(1e2 * 11) / (2 * pi), 1));
+    trial.hold("1e8 ... 1e12 N/m: off the perfect hinge, m", stiff, bound);
+    trial.hold("force there, of itself", pull, 10 * bound);
+}
+
+// Without inertia about its own axis a top is a pendulum: what 1e-9 kg m2 at 40 rad/s turn it aside is 1e-6
+// rad. No moment acts about that axis, so the spin stays.
+void tiny_inertia(Trial& trial) {
+    const double tolerance = 1e-7, end = 2, arm = 0.3, spin = 40;
+    for (const auto& [what, across] : {std::pair("slender: ", 0.02), {"point-like: ", 1e-9}}) {
+        Model model = build_mechanism("heavy-top", {{"spin", "0"}});
+        model.bodies[0].inertia = Vec3(across, across, 1e-9).asDiagonal();
+        model.bodies[0].angular_velocity = {0, 0, spin};
+        const Swing swing{g * arm / (across + arm * arm), pi - pi / 3};
+        double place = 0, turn = 0;
+        trial.run(model, tolerance, {end, 0.05}, [&](const Simulation&, const Sample& sample) {
+            const double theta = swing.at(sample.state.t).theta;
+            place = std::max(place,
+                             (sample.motion[0].r - arm * Vec3(std::sin(theta), 0, -std::cos(theta))).norm());
+            turn = std::max(turn, std::abs(sample.motion[0].w.z() / spin - 1));
+        });
+        const double turns = end * spin / (2 * pi);
+        trial.hold(std::string(what) + "mass centre, m", place, allowance(tolerance, turns, 1) + 1e-6);
+        trial.hold(std::string(what) + "spin, of itself", turn, allowance(tolerance, turns, 0));
+    }
+}
+
+/// A steel bar of 10 m that swings, and a part of 1 um hung on it where it swings as a mathematical pendulum
+/// does (2/3 of its length).
+Model micro_and_macro() {
+    Model model;
+    const double length = 10, heavy = 600, arm = 1e-6, light = 7.8e-15;
+    const Vec3 hook(2 * length / 3, 0, 0);
+    const double across = heavy * length * length / 12, own = light * arm * arm / 6;
+    model.bodies = {make_body("bar", heavy, {1, across, across}, {length / 2, 0, 0}),
+                    make_body("mote", light, {own, own, own}, hook + Vec3(arm, 0, 0))};
+    model.joints = {make_joint("hinge", JointKind::revolute, "ground", "bar", Vec3::Zero(), Vec3::UnitY()),
+                    make_joint("hook", JointKind::revolute, "bar", "mote", hook, Vec3::UnitY())};
+    return model;
+}
+
+// At that point the apparent weight lies along the bar, so the mote keeps pointing along it; it lags by its
+// own length over that of the pendulum, 2e-7 rad. The hook is closed to 1e-10 m, 1e-4 of the mote.
+void micro_and_macro_parts(Trial& trial) {
+    const double tolerance = 1e-8, end = 3;
+    const Swing swing{g / (20.0 / 3), pi / 2};
+    double bar = 0, mote = 0, weight = 0;
+    trial.run(micro_and_macro(), tolerance, {end, 0.05}, [&](const Simulation&, const Sample& sample) {
+        const Swing::Now now = swing.at(sample.state.t);
+        const Vec3 along(std::sin(now.theta), 0, -std::cos(now.theta));
+        bar = std::max(bar, (sample.motion[0].r - 5 * along).norm());
+        const Vec3 own = sample.motion[1].A.col(0), its_bar = sample.motion[0].A.col(0);
+        mote = std::max(mote, own.cross(its_bar).norm());
+        const double pull = 7.8e-15 * 3 * g * std::cos(now.theta);
+        weight = std::max(weight, (sample.joint[1].force + pull * along).norm() / (7.8e-15 * g));
+    });
+    trial.hold("bar, m", bar, 5 * allowance(tolerance, end / swing.period(), 1));
+    trial.hold("mote against bar, rad", mote, 1e-3);
+    trial.hold("force on the mote, of its weight", weight, 1e-3);
+}
+
+} // namespace
+
+std::vector<HardCase> scale_cases() {
+    return {{"MassRatios", "chains of 13 links of 1e-6 ... 1e6 kg", mass_ratios},
+            {"BushingStiffness", "a pendulum on a rubber hinge of 1e2 ... 1e12 N/m", bushing_stiffness},
+            {"TinyInertia", "tops with 1e-9 kg m2", tiny_inertia},
+            {"MicroAndMacro", "parts of 1 um and of 10 m in one scene", micro_and_macro_parts}};
+}
+
+} // namespace gudgeon::hard
