@@ -12,10 +12,6 @@
 
 namespace gudgeon {
 
-namespace {
-constexpr double smallest_pivot = 1e-13; // of the largest, after scaling the diagonal to one
-}
-
 struct NormalSolver::Impl {
     cholmod_common common{};
     cholmod_factor* factor = nullptr;
@@ -41,7 +37,7 @@ struct NormalSolver::Impl {
     void assemble(std::span<const double> b_values, double beta);
     void scale_diagonal();
     double pivot(int k) const;
-    int bad_pivot() const;
+    int bad_pivot(double smallest) const;
     void solve_permuted();
     void solve_supernodal();
 };
@@ -154,7 +150,7 @@ double NormalSolver::Impl::pivot(int k) const {
 }
 
 /// First position whose pivot is missing or only round-off, -1 if all are good.
-int NormalSolver::Impl::bad_pivot() const {
+int NormalSolver::Impl::bad_pivot(double smallest) const {
     const int m = b.rows;
     if (static_cast<int>(factor->minor) < m)
         return static_cast<int>(factor->minor);
@@ -162,7 +158,7 @@ int NormalSolver::Impl::bad_pivot() const {
     for (int k = 0; k < m; ++k)
         largest = std::max(largest, pivot(k));
     for (int k = 0; k < m; ++k)
-        if (!(pivot(k) > smallest_pivot * largest))
+        if (!(pivot(k) > smallest * largest))
             return k;
     return -1;
 }
@@ -225,7 +221,7 @@ void NormalSolver::analyse(const CscPattern& b) {
     ++s.counts.analyses;
 }
 
-FactorStatus NormalSolver::factor(std::span<const double> values, double beta) {
+FactorStatus NormalSolver::factor(std::span<const double> values, double beta, double smallest_pivot) {
     Impl& s = *impl_;
     if (!s.analysed)
         throw std::logic_error("factor before analyse");
@@ -247,7 +243,7 @@ FactorStatus NormalSolver::factor(std::span<const double> values, double beta) {
         cholmod_factorize(&view, s.factor, &s.common);
         if (s.common.status < CHOLMOD_OK)
             throw std::bad_alloc();
-        if (const int k = s.bad_pivot(); k >= 0)
+        if (const int k = s.bad_pivot(smallest_pivot); k >= 0)
             return {FactorStatus::Kind::singular, s.perm[k]};
     }
     s.factored = true;

@@ -24,9 +24,10 @@ class NormalSolver {
     void analyse(const CscPattern& b);
 
     /// One value per entry of B; beta >= 0 in the unit of B B^T.
-    /// Singular: status.column is a row of B that repeats others (a pivot below 1e-13 of the largest).
-    /// Non-finite: status.column is a column of B with a bad value, or -1 for a bad beta.
-    FactorStatus factor(std::span<const double> values, double beta = 0);
+    /// Singular: status.column is a row of B that repeats others (a pivot below smallest_pivot of the
+    /// largest, or not positive). Non-finite: status.column is a column of B with a bad value, or -1 for a
+    /// bad beta.
+    FactorStatus factor(std::span<const double> values, double beta = 0, double smallest_pivot = 1e-13);
 
     /// N x = rhs in place, m entries. Throws std::logic_error unless the last factor() was ok.
     void solve(std::span<double> rhs);

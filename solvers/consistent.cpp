@@ -1,6 +1,8 @@
 #include "solvers/consistent.hpp"
 
 #include "core/assembly.hpp"
+#include "core/matrices.hpp"
+#include "solvers/rank.hpp"
 #include "solvers/redundancy.hpp"
 
 #include <Eigen/Cholesky>
@@ -14,6 +16,7 @@
 namespace gudgeon {
 
 namespace {
+constexpr double smallest_pivot = 1e-13; // of N's largest
 constexpr int most_iterations = 25;
 constexpr int most_reaction_passes = 60;
 constexpr double as_closed =
@@ -104,17 +107,22 @@ int ConsistentSolver::deficiency() const {
     return count;
 }
 
-// Rows that turn out to repeat each other are soft from then on.
+// Rows that turn out to repeat each other are soft from then on. Masses of many orders of magnitude make
+// pivots as small with rows that are independent: those pivots serve, since every solve is refined.
 bool ConsistentSolver::factor(const Workspace& ws, int held_shift, double beta) {
-    const FactorStatus status = factor_once(ws, held_shift, beta);
+    FactorStatus status = factor_once(ws, held_shift, beta, smallest_pivot);
     if (status.kind != FactorStatus::Kind::singular || soft() || beta > 0)
         return status.ok();
+    if (rank_of_rows(rows_as_matrix(system_, ws)).dependent.empty() &&
+        factor_once(ws, held_shift, beta, 0).ok())
+        return true;
     soften();
-    return factor_once(ws, held_shift, beta).ok();
+    return factor_once(ws, held_shift, beta, smallest_pivot).ok();
 }
 
 // B = D G W^{1/2} with D such that its rows have unit length.
-FactorStatus ConsistentSolver::factor_once(const Workspace& ws, int held_shift, double beta) {
+FactorStatus ConsistentSolver::factor_once(const Workspace& ws, int held_shift, double beta,
+                                           double smallest) {
     if (system_.row_count() == 0)
         return {};
     for (int r = 0; r < system_.row_count(); ++r) {
@@ -140,7 +148,7 @@ FactorStatus ConsistentSolver::factor_once(const Workspace& ws, int held_shift, 
     }
     if (soft())
         place_softness();
-    return normal_.factor(values_, soft() ? 0 : beta);
+    return normal_.factor(values_, soft() ? 0 : beta, smallest);
 }
 
 void ConsistentSolver::solve_normal(VecX& x) {
@@ -295,7 +303,7 @@ void ConsistentSolver::solve_accelerations(double t, Workspace& ws, VecX& accele
     VecX& residual = ws.rate;
     const bool friction = system_.reaction_friction;
     double last = 1e300;
-    for (int pass = 0; pass < (friction || soft() ? most_reaction_passes : 2); ++pass) {
+    for (int pass = 0; pass < (friction || soft() ? most_reaction_passes : 6); ++pass) {
         if (pass > 0 && friction) {
             ws.lambda = lambda;
             evaluate_forces(system_, t, ws);

@@ -50,7 +50,7 @@ class ConsistentSolver {
   private:
     void build_pattern();
     bool factor(const Workspace& ws, int held_shift, double beta);
-    FactorStatus factor_once(const Workspace& ws, int held_shift, double beta);
+    FactorStatus factor_once(const Workspace& ws, int held_shift, double beta, double smallest_pivot);
     void place_softness();
     void solve_normal(VecX& x);
     void drop_idle_part(VecX& lambda);

@@ -214,6 +214,35 @@ TEST(ConsistentSolver, RowsThatRepeatEachOtherCloseToo) {
     EXPECT_NEAR(acceleration[6 * system.body_index("coupler1") + 2], -1, 1e-10);
 }
 
+// A chain of 1e-6 ... 1e6 kg outwards turns about its light end, stretched out. Its rows are independent
+// although N has pivots of round-off's size beside its largest: joints pull what lies beyond them on its
+// circle.
+TEST(ConsistentSolver, MassesOverTwelveOrders) {
+    Model model = build_mechanism("chain", {{"links", "13"}});
+    model.gravity = Vec3::Zero();
+    double mass = 1e-6;
+    for (Body& body : model.bodies) {
+        body.mass *= mass;
+        body.inertia *= mass;
+        mass *= 10;
+        body.angular_velocity = {0, 2, 0};
+        body.velocity = body.angular_velocity.cross(body.position);
+    }
+    const System system = compiled(model);
+    Workspace ws = make_workspace(system);
+    ConsistentSolver solver(system);
+    const State state = initial_state(system);
+    VecX acceleration, lambda, pushed = VecX::Zero(system.velocities());
+    ASSERT_TRUE(solver.accelerations(0, state.q, state.u, ws, acceleration, lambda));
+    EXPECT_FALSE(solver.soft());
+    add_transposed_rows(system, ws, lambda, -1.0, pushed);
+    for (int i = 0; i < 13; ++i) {
+        const double inwards = -4 * (i + 0.5);
+        EXPECT_NEAR(acceleration[6 * i], inwards, 1e-11 * std::abs(inwards)) << i;
+        EXPECT_NEAR(pushed[6 * i], model.bodies[i].mass * inwards, 1e-8) << i; // differences of 5e7 N
+    }
+}
+
 TEST(ConsistentSolver, NothingToCloseWithoutRows) {
     Model model;
     model.bodies = {make_body("stone", 2, {1, 1, 1}, {0, 0, 3})};
