@@ -20,6 +20,7 @@ class AutoIntegrator final : public Integrator {
     const char* formulation() const override { return active_->formulation(); }
     void start(const State& state) override;
     StepOutcome advance(double t_stop) override;
+    void kink() override { active_->kink(); }
     const State& state() const override { return active_->state(); }
     void interpolate(double t, State& out) const override { active_->interpolate(t, out); }
     void set_on_contact(std::function<void(const ContactEvent&)> f) override { on_contact_ = std::move(f); }

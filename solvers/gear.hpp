@@ -19,6 +19,7 @@ class Gear final : public ImplicitIntegrator {
     void start(const State& state) override;
     void visit(Archive& archive) override;
     void interpolate(double t, State& out) const override;
+    void kink() override { kink_ = state_.t; }
 
   private:
     // gear.cpp: steps and control
@@ -51,7 +52,7 @@ class Gear final : public ImplicitIntegrator {
 
     // the step being tried
     int order_ = 1;
-    double kink_ = -1e300;       // s, end of the last step in which a contact began
+    double kink_ = -1e300;       // s, end of the last step in which a contact began, or kink()
     bool contact_begun_ = false; // the last accepted step was that one
     int step_order_ = 1;         // of the last accepted step
     double t_try_ = 0, a0_ = 0;

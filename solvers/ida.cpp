@@ -75,6 +75,7 @@ class Ida final : public Integrator {
     void start(const State& state) override;
     void visit(Archive& archive) override;
     StepOutcome advance(double t_stop) override;
+    void kink() override { restart_ = true; }
     void interpolate(double t, State& out) const override;
 
   private:
@@ -115,7 +116,7 @@ class Ida final : public Integrator {
     Index1Equations accelerations_;
     ContactWatch watch_;
     const ContactWatch::MotionAt motion_at_;
-    bool restart_ = false;   // the last step was cut where a contact begins
+    bool restart_ = false;   // where a contact begins, or at a kink
     IdaLinearRecord linear_; // before the handles: their solver writes into it
     Handles sun_;
     State state_;

@@ -140,6 +140,9 @@ class Integrator {
     /// One accepted step that does not pass t_stop, or the reason why there is none.
     virtual StepOutcome advance(double t_stop) = 0;
 
+    /// Forces, or their rates, jump at the present time: what lies behind foretells less of what comes.
+    virtual void kink() {}
+
     /// State at the end of the last accepted step.
     virtual const State& state() const = 0;
 

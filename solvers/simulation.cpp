@@ -5,12 +5,14 @@
 #include "core/bad_numbers.hpp"
 #include "core/matrices.hpp"
 #include "core/writer.hpp"
+#include "solvers/break_times.hpp"
 #include "solvers/consistent.hpp"
 #include "solvers/notices.hpp"
 #include "solvers/phase_timer.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 
 namespace gudgeon {
@@ -40,6 +42,7 @@ struct Simulation::Impl {
     Workspace ws; // for samples
     Sample sample;
     State now; // state at time()
+    std::vector<double> breaks;
     double balance_start = 0, output_seconds = 0;
     Statistics statistics;
     SimulationOptions options;
@@ -48,6 +51,7 @@ struct Simulation::Impl {
     Impl(Model model, const SimulationOptions& given)
         : system(compile_all(std::move(model), given)), start(initial_state(system)), consistent(system),
           ws(make_workspace(system)), options(given) {
+        breaks = break_times(system.model);
         assemble();
         if (options.start == Start::equilibrium)
             rest();
@@ -66,6 +70,16 @@ struct Simulation::Impl {
         make_sample(now);
         balance_start = sample.energies.mechanical();
         sample.balance = 0;
+    }
+
+    /// One step that passes neither t_end nor a time where forces stir.
+    StepOutcome advance(double t_end) {
+        const auto next = std::upper_bound(breaks.begin(), breaks.end(), integrator->state().t);
+        const bool ahead = next != breaks.end() && *next <= t_end;
+        StepOutcome outcome = integrator->advance(ahead ? *next : t_end);
+        if (ahead && integrator->state().t == *next)
+            integrator->kink();
+        return outcome;
     }
 
     void assemble() {
@@ -224,7 +238,7 @@ const Statistics& Simulation::statistics() const {
 StepOutcome Simulation::advance_to(double t) {
     Integrator& integrator = *impl_->integrator;
     while (integrator.state().t < t) {
-        const StepOutcome outcome = integrator.advance(t);
+        const StepOutcome outcome = impl_->advance(t);
         if (!outcome.ok) {
             impl_->now = integrator.state();
             return outcome;
@@ -237,7 +251,7 @@ StepOutcome Simulation::advance_to(double t) {
 StepOutcome Simulation::advance_past(double t, double t_end) {
     Integrator& integrator = *impl_->integrator;
     while (integrator.state().t < t) {
-        const StepOutcome outcome = integrator.advance(t_end);
+        const StepOutcome outcome = impl_->advance(t_end);
         impl_->now = integrator.state();
         if (!outcome.ok)
             return outcome;
