@@ -21,7 +21,7 @@ bool contains(const std::string& text, const std::string& part) {
 
 std::string cell(const HardCase& hard_case, const Way& way, const Outcome& outcome, std::size_t finding) {
     if (finding >= outcome.findings.size())
-        return "stops";
+        return "-";
     const Finding& f = outcome.findings[finding];
     const std::string number = fmt::format("{:.2g}", f.value);
     if (f.holds())
@@ -43,6 +43,7 @@ bool report(const HardCase& hard_case, const std::vector<Way>& ways, std::string
     std::vector<Outcome> outcomes;
     std::size_t lines = 0, longest = 0;
     bool good = true;
+    std::string early_ends;
     for (const Way& way : ways) {
         outcomes.push_back(run_case(hard_case, way));
         const auto wrong = complaints(hard_case, way, outcomes.back());
@@ -54,12 +55,23 @@ bool report(const HardCase& hard_case, const std::vector<Way>& ways, std::string
             longest = outcomes.size() - 1;
         }
     }
+    if (std::ranges::any_of(outcomes, [](const Outcome& o) { return !o.stopped.empty(); })) {
+        early_ends = "|  | ends early | ";
+        for (std::size_t w = 0; w < ways.size(); ++w)
+            early_ends += std::string("| ") +
+                          (outcomes[w].stopped.empty()               ? "no"
+                           : known_miss(hard_case, ways[w], "stops") ? "yes (known)"
+                                                                     : "**yes**") +
+                          " ";
+        early_ends += "|\n";
+    }
     for (std::size_t k = 0; k <= lines; ++k) {
         std::string line = fmt::format("| {} ", k == 0 ? hard_case.name : "");
         if (k < lines) {
             const Finding& f = outcomes[longest].findings[k];
             line += fmt::format("| {} | {:.2g} ", f.what, f.bound);
         } else {
+            fmt::print("{}", early_ends);
             line += "| steps / factorisations / CPU s | ";
         }
         for (std::size_t w = 0; w < ways.size(); ++w)

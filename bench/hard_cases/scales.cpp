@@ -345,7 +345,7 @@ std::vector<HardCase> scale_cases() {
          "13 links of 1e-6 ... 1e6 kg outwards: the lightest holds all",
          light_holds_heavy,
          false,
-         "as told of the miss",
+         "",
          {{"stops", "",
            "the scaled matrix has a condition number near 1e13: its solutions lose rows of the constraints "
            "(G dq = -Phi "
