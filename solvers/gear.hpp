@@ -26,6 +26,7 @@ class Gear final : public ImplicitIntegrator {
     StepOutcome attempt(double t_stop, bool& accepted) override;
     double other_landing(double h);
     double first_step(const VecX& q_rate, const VecX& u_rate);
+    void forgive_stiff_part(double constant);
     void accept(double t, double h, double error);
     void shorten(double t, double h);
     void choose_next(double error);
