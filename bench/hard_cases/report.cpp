@@ -83,7 +83,7 @@ bool report(const HardCase& hard_case, const std::vector<Way>& ways, std::string
         notes += fmt::format("- {}: KLU may take over: {}\n", hard_case.name, hard_case.indefinite);
     for (const KnownMiss& miss : hard_case.known)
         notes += fmt::format("- {}, {} ({}): {}\n", hard_case.name, miss.what,
-                             miss.integrator.empty() ? "all" : miss.integrator, miss.why);
+                             miss.way.empty() ? "all" : miss.way, miss.why);
     return good;
 }
 

@@ -73,6 +73,9 @@ TEST(HardCaseList, ComplainsOfWhatIsWrongAndOfMissesThatAreNone) {
         EXPECT_EQ(lines(made_up(bad), run_case(made_up(bad), way)), 1u);
         EXPECT_EQ(lines(made_up(bad, {miss}), run_case(made_up(bad, {miss}), way)), 0u);
     }
+    const KnownMiss whole{"size, m", way.name(), "as measured"}, other{"size, m", ways().front().name(), ""};
+    EXPECT_EQ(lines(made_up(1.1, {whole}), run_case(made_up(1.1), way)), 0u);
+    EXPECT_EQ(lines(made_up(1.1, {other}), run_case(made_up(1.1), way)), 1u);
     Outcome outcome = run_case(made_up(0), way);
     outcome.work.klu_fallbacks = 1;
     EXPECT_EQ(lines(made_up(0), outcome), 1u);
