@@ -105,6 +105,8 @@ class SaddleMatrix {
     /// a M only in the leading block (acceleration equations).
     void assemble_mass(const System& system, const Workspace& ws, double a, std::span<double> values) const;
 
+    /// E of assembled values times a factor.
+    void scale_softness(double factor, std::span<double> values) const;
     /// out = E x from assembled values; zero for independent rows.
     void soft_times(std::span<const double> values, const VecX& x, Eigen::Ref<VecX> out) const;
 

@@ -30,7 +30,7 @@ constexpr int positions = 0, velocities = 6; // where the bits of held coordinat
 ConsistentSolver::ConsistentSolver(const System& system)
     : system_(system), hold_(system.moving, 0u), nu_(VecX::Zero(system.row_count())),
       step_(VecX::Zero(system.velocities())), gamma_(VecX::Zero(system.row_count())),
-      scale_(VecX::Ones(system.row_count())) {
+      scale_(VecX::Ones(system.row_count())), unmet_(VecX::Zero(system.row_count())) {
     for (int i = 0; i < system.moving; ++i)
         root_.push_back(system.inverse_inertia[i].llt().matrixL());
     build_pattern();
@@ -314,6 +314,7 @@ void ConsistentSolver::solve_accelerations(double t, Workspace& ws, VecX& accele
         rows_times(system_, ws, acceleration, residual);
         residual -= gamma_;
         solve_step(ws, residual, positions);
+        unmet_ = residual; // that solving once more makes no smaller
         lambda += nu_;
         acceleration -= step_;
         const double change = soft() ? step_.cwiseAbs().maxCoeff() : nu_.cwiseAbs().maxCoeff();

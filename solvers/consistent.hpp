@@ -41,6 +41,10 @@ class ConsistentSolver {
     /// Rows that repeat others, by the pivots of the last N; 0 for rows that are not soft.
     int deficiency() const;
 
+    /// G u' - gamma of the last accelerations(): what no accelerations can meet, 0 but at singular positions
+    /// where velocities belong to no motion.
+    const VecX& unmet() const { return unmet_; }
+
     /// Longest change of one coordinate in an iteration of project_positions.
     void limit_move(double longest) { largest_move_ = longest; }
 
@@ -68,7 +72,7 @@ class ConsistentSolver {
     std::vector<unsigned> hold_;
     double beta_ = 0, worst_position_ = 0, worst_velocity_ = 0;
     double largest_move_ = 1e300;
-    VecX nu_, step_, gamma_, scale_;
+    VecX nu_, step_, gamma_, scale_, unmet_;
     std::vector<int> soft_slot_;          // of the square roots of E
     std::vector<double> soft_weight_, E_; // measure of the multipliers; E = softness times it, one per row
     VecX idle_;

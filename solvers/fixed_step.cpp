@@ -3,18 +3,22 @@
 #include "core/assembly.hpp"
 #include "core/bad_numbers.hpp"
 #include "solvers/phase_timer.hpp"
+#include "solvers/singular_position.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace gudgeon {
 
 namespace {
 constexpr double default_step = 1e-3;
-}
+constexpr double least_kick = 1e-3, kick_factor = 5; // of velocities; of the jump before
+constexpr double steps_around = 3;
+} // namespace
 
 FixedStepIntegrator::FixedStepIntegrator(const System& system, const IntegratorOptions& options,
                                          const char* name, int order)
@@ -43,6 +47,7 @@ void FixedStepIntegrator::start(const State& state) {
     watch_.begin(now_.state, ws_);
     started_ = finish_point(now_);
     before_ = now_;
+    jump_ = 0;
 }
 
 StepOutcome FixedStepIntegrator::advance(double t_stop) {
@@ -57,7 +62,9 @@ StepOutcome FixedStepIntegrator::advance(double t_stop) {
     }
     const bool last = remaining <= step_ * (1 + 1e-9);
     const double h = last ? remaining : step_, t_end = last ? t_stop : t + h;
-    const StepOutcome outcome = take_step(h, t_end);
+    StepOutcome outcome = take_step(h, t_end);
+    if (outcome.ok && system_.row_count() > 0 && watch_.idle())
+        outcome = check_branch();
     record(outcome, h, t_end);
     if (!outcome.ok) {
         external_.setConstant(std::nan("")); // the matrix is not that of now_ any more
@@ -66,6 +73,29 @@ StepOutcome FixedStepIntegrator::advance(double t_stop) {
     std::swap(before_, now_);
     std::swap(now_, next_);
     return watch_.idle() ? outcome : follow_contacts();
+}
+
+// A stage next to a singular position kicks the mechanism out of its branch, and nothing rejects the step.
+StepOutcome FixedStepIntegrator::check_branch() {
+    const State &a = before_.state, &b = now_.state, &c = next_.state;
+    if (!(a.t < b.t))
+        return {};
+    const double h = c.t - b.t, ratio = h / (b.t - a.t);
+    double jump = 0;
+    for (Eigen::Index j = 0; j < c.u.size(); ++j)
+        jump = std::max(jump, std::abs(c.u[j] - b.u[j] - ratio * (b.u[j] - a.u[j])));
+    const double usual = std::exchange(jump_, jump);
+    if (jump <= least_kick * (1 + b.u.cwiseAbs().maxCoeff()) || jump <= kick_factor * usual)
+        return {};
+    const std::string rows = singular_rows(system_, b, steps_around * h);
+    if (rows.empty())
+        return {};
+    return {
+        false, StepReason::singular,
+        fmt::format(
+            "at t = {:.9g} s velocities jump by {:.3g} next to a singular position, where {} repeat other "
+            "constraints: the motion may leave its branch; another step may miss it",
+            b.t, jump, rows)};
 }
 
 void FixedStepIntegrator::record(const StepOutcome& outcome, double h, double t_end) {
@@ -126,7 +156,7 @@ StepOutcome FixedStepIntegrator::bad_number(double t) {
 
 // started_ of a run that goes on is ok.
 void FixedStepIntegrator::visit_steps(Archive& archive) {
-    archive(ws_, watch_, before_, now_, next_, decay_, external_, statistics_);
+    archive(ws_, watch_, before_, now_, next_, decay_, external_, statistics_, jump_);
     if (archive.reading())
         started_ = {};
 }

@@ -1,8 +1,9 @@
 // What the integrators of fixed steps share: the loop, contacts, dense output, messages.
 //
-// A fixed step cannot be rejected: contacts that begin too deep are counted. Dense output: quintic in
-// positions (values, rates, accelerations at both ends), cubic in velocities, friction states and energies,
-// linear in multipliers.
+// A fixed step cannot be rejected: contacts that begin too deep are counted, and a run whose velocities jump
+// next to a singular position of the constraints, where the motion may leave its branch, stops. Dense output:
+// quintic in positions (values, rates, accelerations at both ends), cubic in velocities, friction states and
+// energies, linear in multipliers.
 #pragma once
 
 #include "solvers/contact_watch.hpp"
@@ -61,6 +62,7 @@ class FixedStepIntegrator : public Integrator {
 
   private:
     StepOutcome follow_contacts();
+    StepOutcome check_branch();
     void record(const StepOutcome& outcome, double h, double t_end);
     void motion_inside(double t, int body, BodyMotion& out);
 
@@ -68,7 +70,8 @@ class FixedStepIntegrator : public Integrator {
     const int order_;
     const long max_steps_;
     const ContactWatch::MotionAt motion_at_;
-    State inside_; // of the last step, for the watch
+    State inside_;    // of the last step, for the watch
+    double jump_ = 0; // of the velocities' slope in the last step, times the step
     StepOutcome started_;
 };
 

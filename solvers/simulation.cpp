@@ -9,6 +9,7 @@
 #include "solvers/consistent.hpp"
 #include "solvers/notices.hpp"
 #include "solvers/phase_timer.hpp"
+#include "solvers/singular_position.hpp"
 
 #include <fmt/format.h>
 
@@ -87,6 +88,10 @@ struct Simulation::Impl {
         if (!assembly.ok)
             throw AssemblyError("the mechanism cannot be assembled: " + assembly.message(system), assembly);
         redundancy = find_redundancy(system, start);
+        if (redundancy.dependent.empty())
+            return;
+        if (const std::string why = undecided_start(system, start); !why.empty())
+            throw AssemblyError("the mechanism cannot start: " + why, assembly);
     }
 
     // Pivots tell cheaply that the rank may have changed; then it is found out.
