@@ -135,6 +135,11 @@ template <class Scalar> void SaddleMatrix::soften(const System& system, std::spa
     }
 }
 
+void SaddleMatrix::scale_softness(double factor, std::span<double> values) const {
+    for (const int slot : soft_slot_)
+        values[slot] *= factor;
+}
+
 void SaddleMatrix::soft_times(std::span<const double> values, const VecX& x, Eigen::Ref<VecX> out) const {
     out.setZero();
     for (std::size_t r = 0; r < soft_slot_.size(); ++r)

@@ -55,11 +55,6 @@ AutoIntegrator::AutoIntegrator(const System& system, const IntegratorOptions& op
 }
 
 AutoIntegrator::Choice AutoIntegrator::first_choice(const State& state) {
-    if (options_.redundant) {
-        radau_barred_ = true;
-        return {false, "constraints repeat each other: such loops may pass singular positions, which Radau's "
-                       "stages with one matrix do not"};
-    }
     Workspace ws = make_workspace(system_);
     ws.angles = state.angles;
     set_motion(system_, state.q, state.u, ws);

@@ -122,8 +122,10 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
     const auto [t, h, last] = trial;
     t_try_ = t;
     predict(t);
-    const Corrector result = correct(t);
-    if (softened(result)) {
+    Corrector result = correct(t);
+    if (result == Corrector::slow && matrix_fresh_ && soft())
+        result = correct_exactly(t);
+    if (softened(result, h)) {
         matrix_a0_ = 0;
         return {};
     }
@@ -155,6 +157,8 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
         z_change_ = constant * (history_.next_z() - z_predicted_);
         error_ = ErrorNorm::worse(error_, norm_.states(z_change_));
     }
+    if (soft() && error_.norm > 1)
+        error_ = free_error(t, constant);
     if (error_.norm > 1 || !std::isfinite(error_.norm)) {
         shorten(t, h);
         return {};
@@ -187,15 +191,6 @@ void Gear::forgive_stiff_part(double constant) {
         norm_.difference(history_.next_q(), q_predicted_, history_.next_u(), momentum_, constant);
     if (left.norm < stiff_share * error_.norm)
         error_ = left;
-}
-
-// A step that ends next to a singular position does not converge, however short; a little longer or shorter
-// it passes over.
-double Gear::other_landing(double h) {
-    constexpr std::array<double, 4> landings{1.25, 0.75, 0.5, 0.35};
-    if (landings_ == 0)
-        failed_landing_ = h;
-    return landings_ < landings.size() ? landings[landings_++] * failed_landing_ : 0.25 * h;
 }
 
 void Gear::motion_carried_on(double t, int body, BodyMotion& out) const {

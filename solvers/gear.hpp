@@ -8,6 +8,7 @@
 
 #include "solvers/bdf_history.hpp"
 #include "solvers/implicit_integrator.hpp"
+#include "solvers/stage_matrix.hpp"
 
 namespace gudgeon {
 
@@ -24,7 +25,6 @@ class Gear final : public ImplicitIntegrator {
   private:
     // gear.cpp: steps and control
     StepOutcome attempt(double t_stop, bool& accepted) override;
-    double other_landing(double h);
     double first_step(const VecX& q_rate, const VecX& u_rate);
     void forgive_stiff_part(double constant);
     void accept(double t, double h, double error);
@@ -49,7 +49,14 @@ class Gear final : public ImplicitIntegrator {
     void motion_carried_on(double t, int body, BodyMotion& out) const override;
     void turn_to_velocity(int body, double* step);
 
+    // gear_exact.cpp: the same with new derivatives at every iteration
+    Corrector correct_exactly(double t);
+    ErrorNorm::Value free_error(double t, double constant);
+    Corrector finish_exactly(double t);
+    void linearise_end(double t);
+
     BdfHistory history_;
+    std::unique_ptr<StageMatrix> exact_; // made when first needed
 
     // the step being tried
     int order_ = 1;
@@ -69,8 +76,6 @@ class Gear final : public ImplicitIntegrator {
     bool matrix_fresh_ = false, refresh_wanted_ = false;
     double contraction_ = 0.5;
     int real_points_ = 0; // of the history, without the one made up at the start
-    std::size_t landings_ = 0;
-    double failed_landing_ = 0; // s, first of the steps that did not converge
     int order_cap_ = 5, cap_steps_ = 0;
     long last_rejection_ = -1000;
     int steps_at_order_ = 0;

@@ -4,6 +4,7 @@
 
 #include "solvers/phase_timer.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace gudgeon {
@@ -31,7 +32,7 @@ void Gear::predict(double t) {
     history_.next_u() = u_predicted_;
     // Multipliers too, since with an old matrix G^T (lambda - predicted) is turned wrongly. Their errors are
     // not controlled: a high polynomial would blow them up from step to step faster than the sweeps mend.
-    const int n = std::min(lambda_points_, real_points_);
+    const int n = std::max(1, std::min(lambda_points_, real_points_));
     interpolation_weights(history_.times(n), t, w.data());
     history_.combine_lambda(n, w.data(), history_.next_lambda());
     drift_.setZero();
@@ -171,7 +172,7 @@ Gear::Corrector Gear::correct(double t) {
                 return Corrector::slow;
         }
         last = increment_.norm;
-        const double rate = std::min(contraction_, 0.9);
+        const double rate = std::clamp(contraction_, soft() ? 0.7 : 0.0, 0.9);
         if (!multipliers_settled())
             continue;
         if (increment_.norm * rate / (1 - rate) <= newton_share || increment_.norm <= 1e-3 * newton_share) {

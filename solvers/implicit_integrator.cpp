@@ -3,6 +3,7 @@
 #include "core/bad_numbers.hpp"
 #include "solvers/klu_solver.hpp"
 #include "solvers/phase_timer.hpp"
+#include "solvers/singular_position.hpp"
 
 #include <fmt/format.h>
 
@@ -15,8 +16,11 @@ namespace gudgeon {
 namespace {
 constexpr double position_target = 2e-11; // m, rad
 constexpr double velocity_target = 8e-11; // m/s, rad/s
-constexpr double round_off = 1e-14;       // of residuals, relative to coordinates and velocities
-constexpr double closed = 1e-10;          // both: what every accepted step keeps
+constexpr int failures_before_probe = 2;  // of the sweeps, in a row
+constexpr double ahead = 8;               // of a step that failed so often: about the first that did
+constexpr double nearly_hard = 1e-4;      // of the softness
+constexpr int most_failures = 100;        // since the last step that was ...
+constexpr double worth_while = 1e-4;      // ... this share of the longest
 constexpr int most_closings = 10;
 constexpr double slow_closing = 0.2; // share left over by a solve: more asks for a new matrix
 // Of the smallest step: shorter ones are not shortened any more for a contact that begins too deep.
@@ -51,18 +55,35 @@ void ImplicitIntegrator::soften() {
     statistics_.nnz_matrix = saddle_.pattern().nonzeros();
 }
 
-bool ImplicitIntegrator::softened(Corrector result) {
-    if (result != Corrector::singular || soft_ || system_.row_count() == 0)
+bool ImplicitIntegrator::softened(Corrector result, double h) {
+    if (soft_ || system_.row_count() == 0)
         return false;
-    ConsistentSolver probe(system_); // forces may be the cause as well
-    probe.soften();
-    VecX u = state_.u;
-    probe.project_velocities(state_.t, state_.q, u, ws_);
-    if (probe.deficiency() == 0)
+    if (result == Corrector::singular) {
+        ConsistentSolver probe(system_); // forces may be the cause as well
+        probe.soften();
+        VecX u = state_.u;
+        probe.project_velocities(state_.t, state_.q, u, ws_);
+        if (probe.deficiency() == 0)
+            return false;
+    } else if (result != Corrector::slow || rejections_in_row_ != failures_before_probe ||
+               singular_rows(system_, state_, std::max(ahead * h, statistics_.largest_step)).empty()) {
         return false;
+    }
     soften();
+    close_state();
+    h_ = ahead * h;
     statistics_.softened_at = state_.t;
     return true;
+}
+
+// Independent rows are closed less exactly than soft ones.
+void ImplicitIntegrator::close_state() {
+    VecX q = state_.q, u = state_.u;
+    if (consistent_.project_positions(state_.t, q, u, ws_, 0) &&
+        consistent_.project_velocities(state_.t, q, u, ws_)) {
+        state_.q = q;
+        state_.u = u;
+    }
 }
 
 // K (., x) = (0, E lambda) gives x = -(N + E)^-1 E lambda, N = G (a M + C + s S)^-1 G^T.
@@ -98,13 +119,31 @@ void ImplicitIntegrator::solve_second_order(double q_per_u, int columns) {
         return;
     pose_change_ = rhs_.segment(n + m, n) + q_per_u * rhs_.head(n);
     rate_rows_times(system_, ws_, pose_change_, rate_change_);
-    if (largest(rate_change_) <= negligible_rate)
+    if (largest(rate_change_) <= negligible_rate())
         return;
     turn_.head(n).setZero();
     turn_.tail(m) = -rate_change_;
     solver_.solve({turn_.data(), static_cast<std::size_t>(n + m)}, 1);
     rhs_.head(n + m) += turn_;
     rhs_.segment(n + m, n) -= q_per_u * turn_.head(n);
+}
+
+bool ImplicitIntegrator::factor_nearly_hard() {
+    const PhaseTimer timer(statistics_.seconds.factor);
+    saddle_.scale_softness(nearly_hard, values_);
+    return solver_.factor(values_).ok();
+}
+
+void ImplicitIntegrator::keep_free_part(VecX& x) {
+    const Eigen::Index n = system_.velocities(), m = system_.row_count();
+    const PhaseTimer timer(statistics_.seconds.solve);
+    for (int pass = 0; pass < 2; ++pass) {
+        rows_times(system_, ws_, x, rate_change_);
+        rhs_.head(n).setZero();
+        rhs_.segment(n, m) = -rate_change_;
+        solver_.solve({rhs_.data(), static_cast<std::size_t>(n + m)}, 1);
+        x += rhs_.head(n);
+    }
 }
 
 double ImplicitIntegrator::force_of(const VecX& lambda) {
@@ -125,8 +164,19 @@ StepOutcome ImplicitIntegrator::advance(double t_stop) {
             h_ = std::min(h_, options_.step);
         if (StepOutcome outcome = attempt(t_stop, accepted); !outcome.ok)
             return outcome;
+        if (soft_ && failures_ > most_failures)
+            return failure(StepReason::newton, "the corrector converges at ever shorter steps alone");
     }
     return {};
+}
+
+// A step that ends next to a singular position does not converge, however short; a little longer or shorter
+// it passes over.
+double ImplicitIntegrator::other_landing(double h) {
+    constexpr std::array<double, 4> landings{0.75, 0.5, 1.25, 0.35};
+    if (landings_ == 0)
+        failed_landing_ = h;
+    return landings_ < landings.size() ? landings[landings_++] * failed_landing_ : 0.25 * h;
 }
 
 ImplicitIntegrator::Trial ImplicitIntegrator::next_trial(double t_stop) const {
@@ -187,7 +237,7 @@ void ImplicitIntegrator::visit(Archive& archive) {
     if (archive.reading() && projections)
         consistent_.soften();
     archive(statistics_, ws_, static_cast<KluSolver&>(solver_), norm_, watch_, values_, state_, z_rate_, h_,
-            full_h_, phi_worst_, rate_worst_, error_, increment_, rejections_in_row_);
+            full_h_, phi_worst_, rate_worst_, error_, increment_, rejections_in_row_, failures_);
 }
 
 void ImplicitIntegrator::begin(const State& state, VecX& acceleration) {
@@ -266,6 +316,7 @@ bool ImplicitIntegrator::close_constraints(double t) {
 
 void ImplicitIntegrator::count_rejection(StepReason reason, double t, int order, double error) {
     ++rejections_in_row_;
+    failures_ += reason != StepReason::error_test && reason != StepReason::contact;
     (reason == StepReason::error_test ? statistics_.rejected_error
      : reason == StepReason::contact  ? statistics_.rejected_contact
                                       : statistics_.rejected_newton)++;
@@ -276,6 +327,8 @@ void ImplicitIntegrator::count_rejection(StepReason reason, double t, int order,
 void ImplicitIntegrator::count_acceptance(double t, double h, int order, double error) {
     if (on_step)
         on_step({t, h, order, StepReason::none, error});
+    if (h >= worth_while * statistics_.largest_step)
+        failures_ = 0;
     trouble_.clear();
     ++statistics_.steps;
     ++statistics_.order_histogram[order];
@@ -291,8 +344,16 @@ StepReason ImplicitIntegrator::reason_of(Corrector result) {
                                              : StepReason::newton;
 }
 
-StepOutcome ImplicitIntegrator::failure(StepReason reason, const std::string& what) const {
-    return {false, reason, fmt::format("at t = {:.9g} s {}; worst: {}", state_.t, what, worst_part())};
+StepOutcome ImplicitIntegrator::failure(StepReason reason, const std::string& what) {
+    const std::string worst = worst_part();
+    std::string singular;
+    if (reason != StepReason::non_finite)
+        if (const std::string rows = singular_rows(system_, state_, statistics_.largest_step); !rows.empty())
+            singular = fmt::format(
+                "; next to a singular position, where the motion may branch: there {} repeat other "
+                "constraints",
+                rows);
+    return {false, reason, fmt::format("at t = {:.9g} s {}; worst: {}{}", state_.t, what, worst, singular)};
 }
 
 void ImplicitIntegrator::note_bad_number(double t) {

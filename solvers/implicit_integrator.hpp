@@ -10,6 +10,9 @@
 
 namespace gudgeon {
 
+/// Largest magnitude, 0 of none.
+inline double largest(const Eigen::Ref<const VecX>& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
+
 class ImplicitIntegrator : public Integrator {
   public:
     ImplicitIntegrator(const System& system, const IntegratorOptions& options);
@@ -27,8 +30,8 @@ class ImplicitIntegrator : public Integrator {
     }
 
   protected:
-    /// m/s, rad/s: a smaller change of the velocity constraints is not worth a solve.
-    static constexpr double negligible_rate = 1e-11;
+    static constexpr double round_off = 1e-15; // of residuals, relative to coordinates and velocities
+    static constexpr double closed = 1e-10;    // m, m/s, rad: what every accepted step keeps
 
     enum class Corrector { converged, slow, singular, non_finite };
 
@@ -57,8 +60,10 @@ class ImplicitIntegrator : public Integrator {
     /// Rows may repeat each other from now on (SaddleMatrix, ConsistentSolver).
     virtual void soften();
     bool soft() const { return soft_; }
-    /// A singular matrix of independent rows is no reason for a shorter step: soft rows and the step again.
-    bool softened(Corrector result);
+    /// A singular matrix of independent rows, or a singular position ahead where sweeps fail again and again,
+    /// is no reason for a shorter step: soft rows and the step again. h: of the step.
+    bool softened(Corrector result, double h);
+    void close_state();
     /// Takes out of multipliers what moves nothing, with the present matrix; columns in rhs_ as long as one.
     void drop_idle_part(VecX& lambda);
     /// Residuals of the constraints as right-hand sides, 0 where soft rows are closed already: near a
@@ -68,6 +73,12 @@ class ImplicitIntegrator : public Integrator {
     /// second order: rhs_ holds residuals of momentum and velocity, then of position. The coordinates move by
     /// q_per_u times the change of the velocities besides the position correction.
     void solve_second_order(double q_per_u, int columns);
+    /// m/s, rad/s: a smaller change of the velocity constraints is not worth a solve. Soft rows: round-off.
+    double negligible_rate() const { return soft_ ? 1e-15 * (1 + largest(state_.u)) : 1e-11; }
+    /// Factors the assembled K with hardly any softness: for keep_free_part().
+    bool factor_nearly_hard();
+    /// Takes out of a change of velocities or poses what the rows in ws_ do not allow, by the present matrix.
+    void keep_free_part(VecX& x);
     /// Largest change of a generalised force by a change of the multipliers.
     double force_of(const VecX& lambda);
 
@@ -80,6 +91,8 @@ class ImplicitIntegrator : public Integrator {
     void coordinate_rates(const VecX& q, const VecX& u, VecX& rates) const;
     /// h_ on, or to t_stop where that is near or passed.
     Trial next_trial(double t_stop) const;
+    /// The next try after a step of h that did not converge, its rows being soft.
+    double other_landing(double h);
     /// Ends the trial where the motion carried on foresees that a contact would begin too deep.
     void end_at_contact(Trial& trial);
     /// A contact begins too deep in the step that passed the error test (ws_.motion: its end): counted, and
@@ -92,7 +105,7 @@ class ImplicitIntegrator : public Integrator {
     bool close_constraints(double t);
     void count_rejection(StepReason reason, double t, int order, double error);
     void count_acceptance(double t, double h, int order, double error);
-    StepOutcome failure(StepReason reason, const std::string& what) const;
+    StepOutcome failure(StepReason reason, const std::string& what);
     std::string worst_part() const;
     /// Remembers for the message where a number went wrong, at ws_.motion.
     void note_bad_number(double t);
@@ -122,14 +135,14 @@ class ImplicitIntegrator : public Integrator {
     double phi_worst_ = 0, rate_worst_ = 0;
     ErrorNorm::Value error_, increment_;
     int rejections_in_row_ = 0;
+    int failures_ = 0; // of the corrector, since the last step worth the name
+    std::size_t landings_ = 0;
+    double failed_landing_ = 0; // s, first of the steps that did not converge
     bool soft_ = false;
     VecX pushed_; // G^T x
     VecX turn_;   // a third column over (u, lambda)
     VecX pose_change_, rate_change_;
     std::string trouble_; // what went wrong in the tries since the last accepted step; empty: nothing special
 };
-
-/// Largest magnitude, 0 of none.
-inline double largest(const Eigen::Ref<const VecX>& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
 
 } // namespace gudgeon

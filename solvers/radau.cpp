@@ -52,6 +52,7 @@ void Radau::analyse_complex() {
 void Radau::soften() {
     ImplicitIntegrator::soften();
     analyse_complex();
+    failed_h_ = std::numeric_limits<double>::infinity();
 }
 
 void Radau::start(const State& state) {
@@ -96,8 +97,11 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
     const auto [t, h, last] = trial;
     predict(h);
     const bool renewed = !matrix_current_;
-    const Corrector result = correct(state_.t, h);
-    if (softened(result)) {
+    Corrector result = correct(state_.t, h);
+    const bool exact = result == Corrector::slow && renewed && soft();
+    if (exact)
+        result = correct_exactly(state_.t, h);
+    if (softened(result, h)) {
         matrix_current_ = false;
         return {};
     }
@@ -110,14 +114,20 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
         full_h_ = 0;
         matrix_current_ = false;
         contraction_ = 0.1;
-        failed_h_ = h;
-        steps_since_failure_ = 0;
-        h_ = (result == Corrector::slow ? 0.5 : 0.25) * h;
+        if (soft()) {
+            h_ = other_landing(h);
+        } else {
+            failed_h_ = h;
+            steps_since_failure_ = 0;
+            h_ = (result == Corrector::slow ? 0.5 : 0.25) * h;
+        }
         if (rejections_in_row_ > 30 || h_ < smallest_step())
             return failure(reason_of(result), "the corrector did not converge");
         return {};
     }
     error_ = estimate_error(state_.t, h);
+    if (soft() && error_.norm > 1)
+        error_ = free_error(h);
     const double work = safety * 21.0 / (sweeps_ + 20.0);
     double quotient = 5; // an error that is no number
     if (std::isfinite(error_.norm))
@@ -155,7 +165,7 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
     rejections_in_row_ = 0;
     failed_h_ *= 1 + forgetting * ++steps_since_failure_;
     next = std::min(next, below_failed * failed_h_);
-    const bool keep = contraction_ <= good_contraction || (sweeps_ == 1 && contraction_ < 0.1);
+    const bool keep = !exact && (contraction_ <= good_contraction || (sweeps_ == 1 && contraction_ < 0.1));
     if (!keep)
         matrix_current_ = false;
     if (keep && next >= keep_from * h && next <= keep_to * h && !last)
@@ -292,6 +302,7 @@ void Radau::start_forces() {
 
 void Radau::accept(double t, double h, double error) {
     count_acceptance(t, h, order, error);
+    landings_ = 0;
     if (soft())
         for (VecX& lambda : lambda_)
             drop_idle_part(lambda);
@@ -320,6 +331,11 @@ void Radau::accept(double t, double h, double error) {
         evaluate_constraints(system_, t, state_.lambda.data(), false, ws_);
         ++statistics_.evaluations;
         f_start_ = ws_.f;
+        if (soft()) { // M u' of the collocation: multipliers next to a singular position are less exact
+            f_start_ =
+                (k.A_inverse(2, 0) * V_[0] + k.A_inverse(2, 1) * V_[1] + k.A_inverse(2, 2) * V_[2]) / h;
+            mass_times(system_, f_start_, f_start_);
+        }
         find_state_rates(t);
     }
     const PhaseTimer timer(statistics_.seconds.control);

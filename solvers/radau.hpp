@@ -11,6 +11,7 @@
 #include "solvers/augmented_solver.hpp"
 #include "solvers/complex_klu_solver.hpp"
 #include "solvers/implicit_integrator.hpp"
+#include "solvers/stage_matrix.hpp"
 
 #include <array>
 #include <complex>
@@ -42,6 +43,7 @@ class Radau final : public ImplicitIntegrator {
     void predict(double h);
     Corrector correct(double t, double h);
     Corrector refresh_matrices(double h);
+    Corrector refresh_real_matrix(double h);
     void linearise_in_step();
     void stage_residual(int stage, double t, double h);
     void solve_increments(double h);
@@ -60,7 +62,16 @@ class Radau final : public ImplicitIntegrator {
     const VecX& end_q() const override { return q_end_; }
     const VecX& end_u() const override { return u_end_; }
 
-    ComplexKluSolver complex_; // of the complex matrix, or, with the augmented Lagrangian ...
+    // radau_exact.cpp: the same with derivatives at every stage
+    Corrector correct_exactly(double t, double h);
+    ErrorNorm::Value free_error(double h);
+    Corrector finish_exactly(double t, double h);
+    void linearise_stages(double t, double h);
+    void couple_stages(double h);
+    void move_stages();
+
+    std::unique_ptr<StageMatrix> exact_; // made when first needed
+    ComplexKluSolver complex_;           // of the complex matrix, or, with the augmented Lagrangian ...
     std::unique_ptr<AugmentedPairSolver> pair_; // ... this
     std::vector<std::complex<double>> complex_values_;
     State previous_; // beginning of the last accepted step

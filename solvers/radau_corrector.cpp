@@ -160,6 +160,15 @@ Radau::Corrector Radau::refresh_matrices(double h) {
     return factored(status, matrix_t_);
 }
 
+// The real one alone, with new derivatives: for the error estimate.
+Radau::Corrector Radau::refresh_real_matrix(double h) {
+    linearise_in_step();
+    const double real = radau_coefficients().real_eigenvalue / h;
+    saddle_.assemble(system_, ws_, real, 1 / real, values_);
+    matrix_h_ = 0;
+    return solver_.factor(values_).ok() ? Corrector::converged : Corrector::slow;
+}
+
 // stage_rhs_[i]: force balance (n), velocity constraints (m), position constraints (m).
 void Radau::stage_residual(int i, double t, double h) {
     const PhaseTimer timer(statistics_.seconds.evaluate);
@@ -200,7 +209,7 @@ void Radau::solve_complex(std::complex<double> q_per_u) {
         largest_change = std::max(largest_change, largest(rate_change_));
         y.tail(m) -= part * rate_change_;
     }
-    if (largest_change <= negligible_rate)
+    if (largest_change <= negligible_rate())
         return;
     pair_ ? pair_->solve(complex_turn_, 1) : complex_.solve(complex_turn_, 1);
     x.head(size) += y;
