@@ -12,9 +12,6 @@ namespace {
 
 constexpr double g = 9.81;
 
-/// Of the cranks of the ready four-bar: N + 1 cranks and N couplers of 1 m and 1 kg.
-double crank_pull(int loops) { return g * (9 * loops + 3) / (8 * loops + 2); }
-
 Vec3 direction(const Circulation::Now& a) { return {a.sine, 0, a.cosine}; }
 
 /// In-plane forces of A0, B0, C1, A1 on their second bodies (x, z), from Newton's and Euler's equations of

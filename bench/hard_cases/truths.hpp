@@ -9,6 +9,9 @@
 
 namespace gudgeon::hard {
 
+/// 1/s^2, of the cranks of the ready four-bar: N + 1 cranks and N couplers of 1 m and 1 kg.
+inline double crank_pull(int loops) { return 9.81 * (9 * loops + 3) / (8 * loops + 2); }
+
 /// a'' = pull sin a, a from the upright position, turning over and over: with a = pi - 2 psi,
 /// psi'^2 = W^2 (1 - m sin^2 psi), W^2 = rate^2/4 + pull, m = pull/W^2, so psi = am(K - W t).
 struct Circulation {

@@ -81,7 +81,9 @@ INSTANTIATE_TEST_SUITE_P(Redundancy, FlatPositions,
                          testing::Values(Passage{"gear", 1, 1e-5}, Passage{"gear", 1, 1e-9},
                                          Passage{"radau", 1, 1e-7}, Passage{"gear", 2, 1e-7},
                                          Passage{"auto", 2, 1e-7}, Passage{"gear", 10, 1e-7},
-                                         Passage{"gear", 40, 1e-7}),
+                                         Passage{"gear", 40, 1e-7}, Passage{"gear", 10, 1e-9},
+                                         Passage{"radau", 2, 1e-7}, Passage{"radau", 2, 1e-9},
+                                         Passage{"radau", 10, 1e-7}, Passage{"radau", 40, 1e-5}),
                          [](const auto& info) {
                              return info.param.integrator + std::to_string(info.param.loops) + "tol" +
                                     std::to_string(std::lround(-std::log10(info.param.tol)));
