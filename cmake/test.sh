@@ -10,6 +10,7 @@ cd "$(dirname "$0")/.." || exit 1
 passed=0
 failed=0
 jobs=$(nproc)
+speed=build/release/bench/regression/report.txt
 export OMP_WAIT_POLICY=passive # tests run side by side
 unset GUDGEON_QUICK
 
@@ -66,7 +67,9 @@ package() {
 if check "packages" install_packages test; then
     check "clang-format" formatted
     if check "build release" build release; then
+        rm -f "$speed"
         tests build/release --timeout 600
+        [ ! -f "$speed" ] || { echo "== speed against the record (bench/regression)" && cat "$speed"; }
         check "build with the GPL parts of SuiteSparse" build gpl &&
             tests build/gpl --timeout 300 -R '^(Rank|NormalSolver)'
         check "build a program with the installed package" package && tests build/external --timeout 120
