@@ -23,13 +23,18 @@ install(CODE "
 ")
 
 install(DIRECTORY models/ DESTINATION ${CMAKE_INSTALL_DATADIR}/gudgeon/models FILES_MATCHING PATTERN "*.json")
+install(FILES bench/regression/counted.hpp bench/regression/counted.cpp bench/regression/calibration.cpp
+  bench/regression/regression.cmake bench/regression/README.md
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/gudgeon/regression)
+install(PROGRAMS bench/regression/regression.py DESTINATION ${CMAKE_INSTALL_DATADIR}/gudgeon/regression)
 install(FILES LICENSE NOTICE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 list(JOIN suitesparse " " gudgeon_suitesparse)
+set(regression ${CMAKE_INSTALL_DATADIR}/gudgeon/regression)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/gudgeon)
 install(EXPORT gudgeonTargets NAMESPACE gudgeon:: DESTINATION ${package})
 configure_package_config_file(cmake/gudgeonConfig.cmake.in ${PROJECT_BINARY_DIR}/gudgeonConfig.cmake
-  INSTALL_DESTINATION ${package})
+  INSTALL_DESTINATION ${package} PATH_VARS regression)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/gudgeonConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/gudgeonConfig.cmake ${PROJECT_BINARY_DIR}/gudgeonConfigVersion.cmake

@@ -10,7 +10,7 @@ cd "$(dirname "$0")/.." || exit 1
 passed=0
 failed=0
 jobs=$(nproc)
-speed=build/release/bench/regression/report.txt
+speed=build/release/bench/regression/gudgeon_regression-counts/report.txt
 export OMP_WAIT_POLICY=passive # tests run side by side
 unset GUDGEON_QUICK
 

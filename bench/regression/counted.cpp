@@ -94,6 +94,7 @@ int run(int argc, char** argv, const std::vector<Kernel>& kernels,
         }
         std::map<std::string, std::string> items = environment;
         items["compiler"] = compiler();
+        items["flags"] = COUNTED_FLAGS;
         items["glibc"] = gnu_get_libc_version();
         for (const auto& [name, value] : items)
             std::printf("environment\t%s\t%s\n", name.c_str(), value.c_str());

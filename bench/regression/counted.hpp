@@ -30,8 +30,8 @@ struct Kernel {
 /// Fixed arithmetic that depends on no library; counts are judged as ratios to it.
 Kernel calibration();
 
-/// The whole program: counts the calibration, then the kernels. environment: versions of libraries; those of
-/// compiler and libc are added.
+/// The whole program: counts the calibration, then the kernels. environment: versions of libraries; compiler,
+/// its flags and the version of glibc are added.
 ///   --only GLOB           kernels whose name fits (and the calibration)
 ///   --slower GLOB=PERCENT these do so much more work than they should: what a check must notice
 ///   --list                names, one a line

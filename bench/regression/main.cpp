@@ -8,9 +8,7 @@ int main(int argc, char** argv) {
     for (const auto group : {joint_kernels, contact_kernels, law_kernels, system_kernels, step_kernels})
         for (counted::Kernel& kernel : group())
             kernels.push_back(std::move(kernel));
-    return counted::run(argc, argv, kernels,
-                        {{"flags", GUDGEON_FLAGS},
-                         {"eigen", GUDGEON_EIGEN},
-                         {"suitesparse", GUDGEON_SUITESPARSE},
-                         {"sundials", GUDGEON_SUNDIALS}});
+    return counted::run(
+        argc, argv, kernels,
+        {{"eigen", GUDGEON_EIGEN}, {"suitesparse", GUDGEON_SUITESPARSE}, {"sundials", GUDGEON_SUNDIALS}});
 }

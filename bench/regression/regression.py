@@ -19,8 +19,8 @@ import subprocess
 import sys
 import tempfile
 
-# Slower by more: fails; faster by more: the record should be renewed. Counts repeat to 2 % at worst, where heap
-# addresses change, so that a slow-down of 10 % is seen and no change without one.
+# Slower by more: fails; faster by more: the record should be renewed. Counts repeat to 2 % at worst, where the heap
+# changes, so that a slow-down of 10 % is seen and nothing that is none.
 LIMIT = 0.05
 WIDE_LIMIT = 0.5  # where compiler or libraries are not those of the record
 SKIPPED = 77
