@@ -21,6 +21,8 @@ constexpr double ahead = 8;               // of a step that failed so often: abo
 constexpr double nearly_hard = 1e-4;      // of the softness
 constexpr int most_failures = 100;        // since the last step that was ...
 constexpr double worth_while = 1e-4;      // ... this share of the longest
+constexpr double longest_look = 1e-2;     // s, where a method has taken short steps alone ...
+constexpr double longest_move = 0.1;      // ... and m or rad
 constexpr int most_closings = 10;
 constexpr double slow_closing = 0.2; // share left over by a solve: more asks for a new matrix
 // Of the smallest step: shorter ones are not shortened any more for a contact that begins too deep.
@@ -344,11 +346,17 @@ StepReason ImplicitIntegrator::reason_of(Corrector result) {
                                              : StepReason::newton;
 }
 
+double ImplicitIntegrator::way_to_look() const {
+    const double speed = largest(state_.u);
+    return std::max(statistics_.largest_step, std::min(longest_look, longest_move / std::max(speed, 1.0)));
+}
+
 StepOutcome ImplicitIntegrator::failure(StepReason reason, const std::string& what) {
     const std::string worst = worst_part();
     std::string singular;
-    if (reason != StepReason::non_finite)
-        if (const std::string rows = singular_rows(system_, state_, statistics_.largest_step); !rows.empty())
+    // sweeps that diverge end in no numbers too, but then no element is to blame
+    if (reason != StepReason::non_finite || trouble_.empty())
+        if (const std::string rows = singular_rows(system_, state_, way_to_look()); !rows.empty())
             singular = fmt::format(
                 "; next to a singular position, where the motion may branch: there {} repeat other "
                 "constraints",

@@ -106,6 +106,8 @@ class ImplicitIntegrator : public Integrator {
     void count_rejection(StepReason reason, double t, int order, double error);
     void count_acceptance(double t, double h, int order, double error);
     StepOutcome failure(StepReason reason, const std::string& what);
+    /// How far along the motion singular positions are looked for, s.
+    double way_to_look() const;
     std::string worst_part() const;
     /// Remembers for the message where a number went wrong, at ws_.motion.
     void note_bad_number(double t);

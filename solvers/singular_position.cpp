@@ -15,7 +15,7 @@ namespace {
 constexpr int iterations = 12;
 constexpr std::size_t most_names = 6;
 constexpr double named = 0.3;      // of the largest part
-constexpr int looks = 4;           // on the way
+constexpr int looks = 16;          // on the way, each four times as far as the one before
 constexpr double lost_share = 0.3; // of what the weakest rows resist
 constexpr double nearly_singular = 1e-6;
 constexpr double unmet_share = 1e-5; // of the accelerations
@@ -100,9 +100,9 @@ std::string singular_rows(const System& system, const State& state, double withi
         return {};
     bool near = weakest.sigma() < nearly_singular;
     for (const double way : {within, -within}) {
-        VecX q = state.q;
-        for (int k = 1; k <= looks && !near; ++k) {
-            move(system, way / looks * state.u, q);
+        for (int k = 0; k < looks && !near; ++k) {
+            VecX q = state.q;
+            move(system, way * std::pow(0.25, k) * state.u, q);
             near = weakest.along(state.t, q, state.u, ws) < lost_share * weakest.sigma();
         }
     }

@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 
 namespace gudgeon {
 namespace {
@@ -150,6 +151,35 @@ TEST(SingularPositions, AheadMakeRowsSoft) {
         ASSERT_TRUE(outcome.ok) << outcome.message;
         EXPECT_GT(sim.statistics().softened_at, 0.5) << step;
         EXPECT_LT(std::abs(sim.sample().balance), 1e-6);
+    }
+}
+
+// A driven crank whose rod, half as long, is upright at 30 degrees: no method goes on, whichever stopped
+// last.
+TEST(SingularPositions, WhereMechanismsLockAreNamed) {
+    Model model;
+    model.bodies = {make_body("crank", 1, {1e-4, 0.08, 0.08}, {0.5, 0, 0}),
+                    make_body("rod", 1, {1e-4, 0.02, 0.02}, {1.25, 0, 0}),
+                    make_body("slider", 1, {0.01, 0.01, 0.01}, {1.5, 0, 0})};
+    const auto revolute = [&](const char* name, const char* a, const char* b, double x) {
+        Joint joint = make_joint(name, JointKind::revolute, a, b, {x, 0, 0});
+        joint.axes = {Vec3::UnitY(), Vec3::UnitY()};
+        model.joints.push_back(joint);
+    };
+    revolute("A", "ground", "crank", 0);
+    revolute("B", "crank", "rod", 1);
+    revolute("C", "rod", "slider", 1.5);
+    Joint guide = make_joint("D", JointKind::translation, "ground", "slider", {1.5, 0, 0});
+    guide.axes = {Vec3::UnitX(), Vec3::UnitX()};
+    model.joints.push_back(guide);
+    model.joints[0].drives["angle"] = RampFunction{0, 1, 0};
+    for (const char* integrator : {"gear", "radau", "auto"}) {
+        Simulation sim(model, with(integrator, 1e-6));
+        const StepOutcome outcome = sim.advance_to(1);
+        ASSERT_FALSE(outcome.ok) << integrator;
+        EXPECT_NEAR(sim.integrator().state().t, std::numbers::pi / 6, 1e-6);
+        EXPECT_NE(outcome.message.find("next to a singular position"), std::string::npos) << outcome.message;
+        EXPECT_NE(outcome.message.find("'D' (displacement along"), std::string::npos) << outcome.message;
     }
 }
 
