@@ -9,6 +9,7 @@
 #include "core/joint_motions.hpp"
 #include "solvers/notices.hpp"
 #include "solvers/redundancy.hpp"
+#include "solvers/singular_position.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -91,18 +92,20 @@ void print_assembly(const System& system, const AssemblyReport& report, const Co
                                    c.angular_velocity);
 }
 
-void print_redundancy(const System& system, const State& state, const Console& console) {
+/// True where rows repeat others.
+bool print_redundancy(const System& system, const State& state, const Console& console) {
     const RedundancyReport redundancy = find_redundancy(system, state);
     console.out << fmt::format("degrees of freedom  {}\nredundant rows      {}\n", redundancy.dof,
                                redundancy.dependent.size());
     if (redundancy.dependent.empty())
-        return;
+        return false;
     for (const std::string& line : redundancy.lines(system))
         console.out << "  " << line << '\n';
     console.out << fmt::format(
         "  reactions are shared so that the sum of force^2 + (moment/L)^2 is least, L = "
         "{:.6g} m\n",
         reaction_length(system));
+    return true;
 }
 
 } // namespace
@@ -119,7 +122,11 @@ int check(const ModelArguments& arguments, const Console& console) {
                                    assembly.message(system));
         return Exit::assembly;
     }
-    print_redundancy(system, state, console);
+    if (print_redundancy(system, state, console))
+        if (const std::string why = undecided_start(system, state); !why.empty()) {
+            console.err << fmt::format("{}: the mechanism cannot start: {}\n", loaded.model.source, why);
+            return Exit::assembly;
+        }
     for (const std::string& notice : start_notices(system, state))
         console.out << "notice              " << notice << '\n';
     return Exit::ok;

@@ -1,7 +1,9 @@
 // `check`, `list`, `export`, and every refused model through the command line.
 #include "app/command_tools.hpp"
 
+#include "bench/hard_cases/singular_models.hpp"
 #include "core/reader.hpp"
+#include "core/writer.hpp"
 #include "models/mechanisms.hpp"
 
 namespace gudgeon {
@@ -52,6 +54,15 @@ TEST_F(Check, RedundantRowsByName) {
     EXPECT_EQ(line_of(outcome.out, "degrees of freedom"), "1"); // 18 - 20 rows + 3 that repeat others
     EXPECT_EQ(line_of(outcome.out, "redundant rows"), "3");
     expect_words(outcome.out, {"'C1' (tilt about t) repeats", "'A1'", "L = 0.5 m"});
+}
+
+TEST_F(Check, StartsThatSingleOutNoMotionAreRefusedAsRunsAre) {
+    const std::string model = write("flat.json", write_model(hard::flat_chain({1, 0})));
+    for (const char* verb : {"check", "run"}) {
+        const Outcome outcome = command({verb, model});
+        EXPECT_EQ(outcome.code, 3) << verb;
+        expect_words(outcome.err, {"singular position", "'A0' (displacement along x)"});
+    }
 }
 
 TEST_F(Check, ChangesByAssembly) {
