@@ -7,6 +7,7 @@
 #include "app/run_record.hpp"
 #include "contact/standard_forces.hpp"
 #include "core/writer.hpp"
+#include "solvers/consistent.hpp"
 #include "solvers/modes.hpp"
 
 #include <fmt/format.h>
@@ -48,6 +49,29 @@ StaticsReport settle(const System& system, State& state) {
     if (!report.ok)
         throw EquilibriumError(report.message, report);
     return report;
+}
+
+/// What to know of modes about a state at rest that does not stay there; empty: nothing.
+std::vector<std::string> unrest(const System& system, const State& state) {
+    constexpr double at_rest = 1e-6; // m/s, rad/s; m/s2, rad/s2
+    if (system.moving == 0 || state.u.cwiseAbs().maxCoeff() > at_rest)
+        return {};
+    Workspace ws = make_workspace(system);
+    ws.angles = state.angles;
+    ws.contacts = state.contacts;
+    ws.z = state.z;
+    ConsistentSolver consistent(system);
+    consistent.soften();
+    VecX acceleration, lambda;
+    if (!consistent.accelerations(state.t, state.q, state.u, ws, acceleration, lambda))
+        return {};
+    Eigen::Index most;
+    const double largest = acceleration.cwiseAbs().maxCoeff(&most);
+    if (largest <= at_rest)
+        return {};
+    return {fmt::format("the state is no equilibrium: '{}' accelerates by {:.3g} {}; --start equilibrium "
+                        "linearises about one",
+                        system.body_names[most / 6], largest, most % 6 < 3 ? "m/s2" : "rad/s2")};
 }
 
 /// Rows of a table, the first few of them.
@@ -157,7 +181,8 @@ std::string mode_table(const System& system, const ModesReport& report) {
     return table.text("modes.json");
 }
 
-ordered_json modes_json(const Assembled& at, const RestArguments& arguments, const ModesReport& report) {
+ordered_json modes_json(const Assembled& at, const RestArguments& arguments, const ModesReport& report,
+                        const std::vector<std::string>& notices) {
     ordered_json list = ordered_json::array();
     const auto parts = [](const Eigen::Vector3cd& v) {
         return ordered_json{{"re", numbers(v.real())}, {"im", numbers(v.imag())}};
@@ -175,11 +200,17 @@ ordered_json modes_json(const Assembled& at, const RestArguments& arguments, con
                         {"root", {mode.root.real(), mode.root.imag()}},
                         {"shape", shape}});
     }
-    return {{"model", at.loaded.model.name}, {"source", at.loaded.model.source},
-            {"version", GUDGEON_VERSION},    {"parameters", at.loaded.parameters},
-            {"start", arguments.start},      {"friction", "left out"},
-            {"solver", report.solver},       {"neutral", report.neutral},
-            {"unstable", report.unstable},   {"modes", list}};
+    return {{"model", at.loaded.model.name},
+            {"source", at.loaded.model.source},
+            {"version", GUDGEON_VERSION},
+            {"parameters", at.loaded.parameters},
+            {"start", arguments.start},
+            {"friction", "left out"},
+            {"solver", report.solver},
+            {"neutral", report.neutral},
+            {"unstable", report.unstable},
+            {"notices", notices},
+            {"modes", list}};
 }
 
 std::string modes_csv(const System& system, const ModesReport& report) {
@@ -233,14 +264,16 @@ int modes(const RestArguments& arguments, const Console& console) {
     ModesOptions options;
     options.count = arguments.count;
     const ModesReport report = find_modes(at.system, at.state, options);
+    const std::vector<std::string> notices = unrest(at.system, at.state);
     const fs::path folder = arguments.out.value_or(at.loaded.model.name);
     make_folder(folder);
-    write_atomically(
-        folder / "modes.json",
-        modes_json(at, arguments, report).dump(2, ' ', false, ordered_json::error_handler_t::replace) + '\n');
+    write_atomically(folder / "modes.json",
+                     modes_json(at, arguments, report, notices)
+                             .dump(2, ' ', false, ordered_json::error_handler_t::replace) +
+                         '\n');
     write_atomically(folder / "modes.csv", modes_csv(at.system, report));
     if (!arguments.quiet)
-        console.out << mode_table(at.system, report)
+        console.out << notice_report(notices) << mode_table(at.system, report)
                     << fmt::format("{} neutral, {} unstable; written: {}, modes.csv\n", report.neutral,
                                    report.unstable, (folder / "modes.json").string());
     return Exit::ok;

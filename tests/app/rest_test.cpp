@@ -53,6 +53,13 @@ TEST_F(CommandLineRest, ModesWritesFrequenciesAndShapes) {
     EXPECT_NE(text_of(folder_ / "modes.csv").find("2,vibration,"), std::string::npos);
 }
 
+TEST_F(CommandLineRest, ModesTellOfAStateThatIsNoEquilibrium) {
+    const auto falling = command({"modes", "pendulum", "--out", folder_.string()});
+    EXPECT_NE(falling.out.find("'bob' accelerates by 9.81 m/s2"), std::string::npos) << falling.out;
+    const auto hanging = command({"modes", "pendulum", "--start", "equilibrium", "--out", folder_.string()});
+    EXPECT_EQ(hanging.out.find("no equilibrium"), std::string::npos) << hanging.out;
+}
+
 TEST_F(CommandLineRest, UnstableModesAreMarked) {
     const Outcome outcome = command({"modes", "four-bar", "--out", folder_.string()});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
