@@ -22,7 +22,9 @@ void OutputFile::fail(const char* what) const {
 OutputFile::OutputFile(const std::filesystem::path& file)
     : path_(file), descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
     if (descriptor_ < 0)
-        fail("cannot be written");
+        throw FileError(fmt::format("{}: cannot be written: {}; allowed: --out with a folder that can be "
+                                    "written",
+                                    file.string(), std::strerror(errno)));
 }
 
 OutputFile::OutputFile(const std::filesystem::path& file, std::uint64_t length)

@@ -2,6 +2,7 @@
 
 #include "core/assembly.hpp"
 #include "solvers/consistent.hpp"
+#include "solvers/redundancy.hpp"
 
 #include <fmt/format.h>
 
@@ -83,12 +84,16 @@ std::string AssemblyReport::message(const System& system) const {
     std::string text;
     for (std::size_t i = 0; i < open.size() && i < 8; ++i) {
         const RowRecord& row = system.rows[open[i].row];
-        text += fmt::format("{}joint '{}' ({}) {} by {:.6g}", i ? ", " : "", system.joints[row.joint].name,
-                            row.direction, open[i].velocity ? "keeps a speed violated" : "stays open",
-                            std::abs(open[i].by));
+        text +=
+            fmt::format("{}joint '{}' ({}) {} by {:.6g} {}{}", i ? ", " : "", system.joints[row.joint].name,
+                        row.direction, open[i].velocity ? "keeps a speed violated" : "stays open",
+                        std::abs(open[i].by), is_moment_row(row) ? "rad" : "m", open[i].velocity ? "/s" : "");
     }
     if (open.size() > 8)
         text += fmt::format(" and {} more", open.size() - 8);
+    if (!open.empty())
+        text += open[0].velocity ? "; allowed: velocities and drives that fit each other, or fewer joints"
+                                 : "; allowed: lengths and places that fit each other, or fewer joints";
     return text;
 }
 
