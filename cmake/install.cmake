@@ -10,7 +10,7 @@ install(CODE "
   set(to \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}/gudgeon\")
   foreach(folder core contact solvers models)
     file(GLOB_RECURSE headers RELATIVE \${from} \${from}/\${folder}/*.hpp)
-    list(FILTER headers EXCLUDE REGEX \"(json_input|reader_parts|writer_parts|validate_parts|validate_laws|cholmod_tools)\") # parts of .cpp files
+    list(FILTER headers EXCLUDE REGEX \"(json_input|reader_parts|writer_parts|validate_parts|validate_laws|cholmod_tools|exact_step)\") # parts of .cpp files
     foreach(header \${headers})
       file(READ \${from}/\${header} text)
       string(REGEX REPLACE \"#include \\\"((core|contact|solvers|models)/[^\\\"]+)\\\"\"

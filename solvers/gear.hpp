@@ -52,6 +52,7 @@ class Gear final : public ImplicitIntegrator {
     // gear_exact.cpp: the same with new derivatives at every iteration
     Corrector correct_exactly(double t);
     ErrorNorm::Value free_error(double t, double constant);
+    bool take_exact_solution();
     Corrector finish_exactly(double t);
     void linearise_end(double t);
 

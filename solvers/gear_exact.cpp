@@ -1,20 +1,10 @@
 // A step of Gear's method by Newton's method with new derivatives at every iteration: next to singular
 // positions, where sweeps with one matrix diverge.
 
+#include "solvers/exact_step.hpp"
 #include "solvers/gear.hpp"
 
-#include "solvers/phase_timer.hpp"
-
-#include <algorithm>
-#include <cmath>
-
 namespace gudgeon {
-
-namespace {
-constexpr int most_iterations = 12;
-constexpr double target = 1e-2;     // of the error limit, for the last increment
-constexpr double most_growth = 4.0; // of an increment over the one before
-} // namespace
 
 // Residuals and derivatives at the end of the step as it stands.
 void Gear::linearise_end(double t) {
@@ -46,37 +36,20 @@ Gear::Corrector Gear::correct_exactly(double t) {
     exact_->start_over();
     predict(t);
     history_.next_lambda().setZero();
-    double last = 0, last_open = 0;
-    for (int i = 1; i <= most_iterations; ++i) {
-        linearise_end(t);
-        const double open = std::max(phi_worst_, rate_worst_);
-        if (i > 2 && last <= target && open <= closed && (open <= round_off || open > 0.5 * last_open))
-            return finish_exactly(t);
-        last_open = open;
-        {
-            const PhaseTimer timer(statistics_.seconds.factor);
-            const FactorStatus status = exact_->factor();
-            if (!status.ok())
-                return status.kind == FactorStatus::Kind::non_finite ? Corrector::non_finite
-                                                                     : Corrector::slow;
-        }
-        ++statistics_.newton_sweeps;
-        {
-            const PhaseTimer timer(statistics_.seconds.solve);
-            exact_->solve();
-        }
-        rhs_.head(exact_->velocities(0).size()) = exact_->velocities(0);
-        rhs_.segment(system_.velocities(), system_.row_count()) = exact_->multipliers(0);
-        exact_->drift(0, exact_->position_multipliers(0), momentum_);
-        rhs_.segment(system_.velocities() + system_.row_count(), system_.velocities()) = momentum_;
-        move_end();
-        if (!std::isfinite(increment_.norm))
-            return Corrector::non_finite;
-        if (i > 3 && increment_.norm > most_growth * last && increment_.norm > target)
-            return Corrector::slow;
-        last = increment_.norm;
-    }
-    return Corrector::slow;
+    int iterations = 0;
+    const Corrector result = iterate_exactly(
+        *exact_, iterations, [&] { linearise_end(t); }, [&] { return take_exact_solution(); });
+    return result == Corrector::converged ? finish_exactly(t) : result;
+}
+
+bool Gear::take_exact_solution() {
+    const Eigen::Index n = system_.velocities(), m = system_.row_count();
+    rhs_.head(n) = exact_->velocities(0);
+    rhs_.segment(n, m) = exact_->multipliers(0);
+    exact_->drift(0, exact_->position_multipliers(0), momentum_);
+    rhs_.segment(n + m, n) = momentum_;
+    move_end();
+    return true;
 }
 
 // Multipliers of such a step predict nothing; the next one begins with a new matrix.

@@ -13,6 +13,8 @@ namespace gudgeon {
 /// Largest magnitude, 0 of none.
 inline double largest(const Eigen::Ref<const VecX>& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
 
+class StageMatrix;
+
 class ImplicitIntegrator : public Integrator {
   public:
     ImplicitIntegrator(const System& system, const IntegratorOptions& options);
@@ -105,6 +107,9 @@ class ImplicitIntegrator : public Integrator {
     bool close_constraints(double t);
     void count_rejection(StepReason reason, double t, int order, double error);
     void count_acceptance(double t, double h, int order, double error);
+    /// One step by Newton's method with new derivatives at every stage and iteration (exact_step.hpp).
+    template <class Linearise, class Apply>
+    Corrector iterate_exactly(StageMatrix& matrix, int& iterations, Linearise&& linearise, Apply&& apply);
     StepOutcome failure(StepReason reason, const std::string& what);
     /// How far along the motion singular positions are looked for, s.
     double way_to_look() const;

@@ -1,7 +1,7 @@
 // The stage equations of Radau IIA by Newton's method with the derivatives of every stage: for steps across
 // singular positions, where the sweeps with one matrix diverge.
 
-#include "solvers/phase_timer.hpp"
+#include "solvers/exact_step.hpp"
 #include "solvers/radau.hpp"
 #include "solvers/radau_coefficients.hpp"
 
@@ -11,12 +11,6 @@
 #include <cmath>
 
 namespace gudgeon {
-
-namespace {
-constexpr int most_iterations = 12;
-constexpr double target = 1e-2;     // of the error limit, for the last increment
-constexpr double most_growth = 4.0; // of an increment over the one before
-} // namespace
 
 // Rotations: theta' = B(theta) w, so a turn p of the stage in its own axes changes theta by B p.
 void Radau::couple_stages(double h) {
@@ -99,36 +93,17 @@ Radau::Corrector Radau::correct_exactly(double t, double h) {
         z_.fill(state_.z);
         settle_states(t, h);
     }
-    double last = 0, last_open = 0;
-    for (sweeps_ = 1; sweeps_ <= most_iterations; ++sweeps_) {
-        linearise_stages(t, h);
-        const double open = std::max(phi_worst_, rate_worst_);
-        if (sweeps_ > 2 && last <= target && open <= closed && (open <= round_off || open > 0.5 * last_open))
-            return finish_exactly(t, h);
-        last_open = open;
-        {
-            const PhaseTimer timer(statistics_.seconds.factor);
-            const FactorStatus status = exact_->factor();
-            if (!status.ok())
-                return status.kind == FactorStatus::Kind::non_finite ? Corrector::non_finite
-                                                                     : Corrector::slow;
-        }
-        ++statistics_.newton_sweeps;
-        {
-            const PhaseTimer timer(statistics_.seconds.solve);
-            exact_->solve();
-        }
+    const auto apply = [&] {
         move_stages();
-        if (!std::isfinite(increment_.norm))
-            return Corrector::non_finite;
-        if ((sweeps_ > 3 && increment_.norm > most_growth * last && increment_.norm > target) ||
-            !turn_to_velocities(h))
-            return Corrector::slow;
+        if (!std::isfinite(increment_.norm) || !turn_to_velocities(h))
+            return false;
         if (has_states())
             settle_states(t, h);
-        last = increment_.norm;
-    }
-    return Corrector::slow;
+        return true;
+    };
+    const Corrector result = iterate_exactly(
+        *exact_, sweeps_, [&] { linearise_stages(t, h); }, apply);
+    return result == Corrector::converged ? finish_exactly(t, h) : result;
 }
 
 // The error estimate needs the real matrix; the next step begins with new derivatives.
