@@ -57,9 +57,7 @@ std::vector<std::string> unrest(const System& system, const State& state) {
     if (system.moving == 0 || state.u.cwiseAbs().maxCoeff() > at_rest)
         return {};
     Workspace ws = make_workspace(system);
-    ws.angles = state.angles;
-    ws.contacts = state.contacts;
-    ws.z = state.z;
+    ws.remember(state);
     ConsistentSolver consistent(system);
     consistent.soften();
     VecX acceleration, lambda;

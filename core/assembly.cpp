@@ -215,6 +215,18 @@ void blocks_times(const System& system, const std::vector<double>& blocks, const
                 x.segment<3>(3 * layout.block_col[id]);
 }
 
+double cancelling_stiffness(const System& system, const Workspace& ws, const VecX& x) {
+    const BlockLayout& layout = system.layout;
+    double sum = 0;
+    for (int id = 0; id < layout.blocks(); ++id)
+        if (layout.active[id])
+            sum += x.segment<3>(3 * layout.block_row[id])
+                       .cwiseAbs()
+                       .dot(Eigen::Map<const Mat3>(ws.lin.S.data() + 9 * std::size_t(id)).cwiseAbs() *
+                            x.segment<3>(3 * layout.block_col[id]).cwiseAbs());
+    return sum;
+}
+
 void move(const System& system, const VecX& step, VecX& q) {
     for (int i = 0; i < system.moving; ++i) {
         q.segment<3>(7 * i) += step.segment<3>(6 * i);

@@ -46,6 +46,9 @@ void rate_rows_times(const System& system, const Workspace& ws, const VecX& x, V
 /// out = S x (or C x) with blocks as in ws.lin.
 void blocks_times(const System& system, const std::vector<double>& blocks, const VecX& x, VecX& out);
 
+/// |x|^T |S| |x| with ws.lin.S: what cancels in x^T S x.
+double cancelling_stiffness(const System& system, const Workspace& ws, const VecX& x);
+
 /// q moved along T(q): positions by dx, orientations turned by the body-frame vector dtheta.
 void move(const System& system, const VecX& step, VecX& q);
 

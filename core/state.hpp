@@ -46,6 +46,14 @@ struct Workspace {
     std::vector<ContactSample> samples; // one per channel, filled by sample_contacts()
     int threads = 1;
     bool frozen = false; // time stands still: what moves by itself (roads) is at its place, at rest
+
+    /// What a state holds beside time and motion.
+    void remember(const State& state) {
+        angles = state.angles;
+        contacts = state.contacts;
+        z = state.z;
+        lambda = state.lambda;
+    }
 };
 
 /// A power per entry of State::work.

@@ -43,6 +43,7 @@ class Bayo final : public FixedStepIntegrator {
     StepOutcome project(double t_end);
     StepOutcome accelerations(Point& point);
     void finish_motion(Point& point);
+    void evaluate_at(const State& state);
     FactorStatus factor_mass();
     void find_gamma(double t);
     StepOutcome failure(double t, const FactorStatus& status);
@@ -220,15 +221,19 @@ StepOutcome Bayo::project(double t_end) {
     return {};
 }
 
+void Bayo::evaluate_at(const State& s) {
+    ws_.z = s.z;
+    ws_.lambda = s.lambda;
+    external_ = ws_.external;
+    set_motion(system_, s.q, s.u, ws_);
+}
+
 // Consistent accelerations and multipliers from the acceleration equations: at a start, and where forces
 // jump.
 StepOutcome Bayo::accelerations(Point& point) {
     const Eigen::Index n = system_.velocities(), m = system_.row_count();
     State& s = point.state;
-    ws_.z = s.z;
-    ws_.lambda = s.lambda;
-    external_ = ws_.external;
-    set_motion(system_, s.q, s.u, ws_);
+    evaluate_at(s);
     evaluate_constraints(system_, s.t, nullptr, true, ws_);
     if (const FactorStatus status = factor_mass(); !status.ok())
         return failure(s.t, status);
@@ -259,10 +264,7 @@ StepOutcome Bayo::finish_point(Point& point) {
 void Bayo::finish_motion(Point& point) {
     const PhaseTimer timer(statistics_.seconds.control);
     State& s = point.state;
-    ws_.z = s.z;
-    ws_.lambda = s.lambda;
-    external_ = ws_.external;
-    set_motion(system_, s.q, s.u, ws_);
+    evaluate_at(s);
     evaluate_constraints(system_, s.t, nullptr, false, ws_);
     record_violations();
     powers(system_, s.t, s.lambda.data(), ws_, point.powers);

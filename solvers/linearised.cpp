@@ -86,18 +86,6 @@ MatX Linearised::damping() const { return dense(blocks_as_matrix(system_, ws_.li
 MatX Linearised::stiffness() const { return dense(blocks_as_matrix(system_, ws_.lin.S)); }
 MatX Linearised::rows() const { return dense(rows_as_matrix(system_, ws_)); }
 
-double Linearised::cancelling(const VecX& x) const {
-    const BlockLayout& layout = system_.layout;
-    double sum = 0;
-    for (int id = 0; id < layout.blocks(); ++id)
-        if (layout.active[id])
-            sum += x.segment<3>(3 * layout.block_row[id])
-                       .cwiseAbs()
-                       .dot(Eigen::Map<const Mat3>(ws_.lin.S.data() + 9 * std::size_t(id)).cwiseAbs() *
-                            x.segment<3>(3 * layout.block_col[id]).cwiseAbs());
-    return sum;
-}
-
 std::complex<double> Linearised::refined(const Eigen::VectorXcd& x, std::complex<double> s) const {
     using Complex = std::complex<double>;
     const VecX re = x.real(), im = x.imag();

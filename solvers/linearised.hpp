@@ -23,8 +23,7 @@ class Linearised {
     /// Dense matrices, for small mechanisms.
     MatX mass() const, damping() const, stiffness() const, rows() const;
 
-    /// |x|^T |S| |x|: what cancels in x^T S x.
-    double cancelling(const VecX& x) const;
+    double cancelling(const VecX& x) const { return cancelling_stiffness(system_, ws_, x); }
     double stiffness_scale() const { return scale_; } // 1/s2
     /// Root of the quadratic form of x nearest to s.
     std::complex<double> refined(const Eigen::VectorXcd& x, std::complex<double> s) const;

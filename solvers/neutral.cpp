@@ -64,7 +64,7 @@ class NeutralSearch {
     /// Eigenvalues below zero of the constrained stiffness: those of S + alpha G^T G + sigma M, alpha large
     /// (Debreu 1952), by the signs of its LDL^T (Sylvester).
     int unstable() const {
-        Workspace& ws = const_cast<RestPoint&>(point_).workspace();
+        const Workspace& ws = point_.workspace();
         const Sparse k = to_sparse(blocks_as_matrix(system_, ws.lin.S)), m = to_sparse(mass_matrix(system_));
         const Sparse g = to_sparse(rows_as_matrix(system_, ws));
         const Sparse symmetric = 0.5 * (k + Sparse(k.transpose()));
@@ -136,22 +136,9 @@ class NeutralSearch {
         Ritz ritz{x * eigen.eigenvectors(), eigen.eigenvalues(), {}};
         ritz.noise = VecX::Constant(x.cols(), zero_scale * point_.stiffness_scale());
         for (Eigen::Index k = 0; k < x.cols(); ++k)
-            ritz.noise[k] += zero_share * cancelling(ritz.vectors.col(k));
+            ritz.noise[k] +=
+                zero_share * cancelling_stiffness(system_, point_.workspace(), ritz.vectors.col(k));
         return ritz;
-    }
-
-    // |v|^T |S| |v|
-    double cancelling(const VecX& v) const {
-        const BlockLayout& layout = system_.layout;
-        const Workspace& ws = const_cast<RestPoint&>(point_).workspace();
-        double sum = 0;
-        for (int id = 0; id < layout.blocks(); ++id)
-            if (layout.active[id])
-                sum += v.segment<3>(3 * layout.block_row[id])
-                           .cwiseAbs()
-                           .dot(Eigen::Map<const Mat3>(ws.lin.S.data() + 9 * std::size_t(id)).cwiseAbs() *
-                                v.segment<3>(3 * layout.block_col[id]).cwiseAbs());
-        return sum;
     }
 
     const System& system_;

@@ -22,9 +22,7 @@ std::string place_of(const ContactChannel& c) {
 // A contact that begins inside takes its starting speed from the start, not from an approach.
 std::vector<std::string> deep_starts(const System& system, const State& state) {
     Workspace ws = make_workspace(system);
-    ws.angles = state.angles;
-    ws.contacts = state.contacts;
-    ws.z = state.z;
+    ws.remember(state);
     set_motion(system, state.q, state.u, ws);
     sample_contacts(system, state.t, ws);
     std::map<int, int> worst; // joint, channel

@@ -12,11 +12,8 @@ namespace {
 constexpr double half_turn = 3; // rad: angles beyond need their turn named
 
 void set_rest(const System& system, const State& state, Workspace& ws) {
-    ws.angles = state.angles;
+    ws.remember(state);
     ws.angles.rate.setZero();
-    ws.contacts = state.contacts;
-    ws.z = state.z;
-    ws.lambda = state.lambda;
     ws.frozen = true;
     set_motion(system, state.q, VecX::Zero(system.velocities()), ws);
 }

@@ -44,6 +44,7 @@ class RestPoint {
     double stiffness_scale() const { return stiffness_scale_; }
     double size() const { return size_; } // m, of the mechanism
     Workspace& workspace() { return ws_; }
+    const Workspace& workspace() const { return ws_; }
     int factorisations() const;
 
   private:

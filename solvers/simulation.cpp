@@ -160,10 +160,7 @@ struct Simulation::Impl {
 
     // Forces, drives and coordinates at a state are finite numbers.
     void require_numbers(const State& s) {
-        ws.angles = s.angles;
-        ws.contacts = s.contacts;
-        ws.z = s.z;
-        ws.lambda = s.lambda;
+        ws.remember(s);
         if (integrator)
             ws.external = integrator->workspace().external;
         set_motion(system, s.q, s.u, ws);
@@ -175,10 +172,7 @@ struct Simulation::Impl {
     void make_sample(const State& state) {
         const PhaseTimer timer(output_seconds);
         sample.state = state;
-        ws.angles = state.angles;
-        ws.contacts = state.contacts;
-        ws.z = state.z;
-        ws.lambda = state.lambda;
+        ws.remember(state);
         ws.external = integrator->workspace().external;
         State& s = sample.state;
         if (!close(s) || !consistent.accelerations(s.t, s.q, s.u, ws, sample.acceleration, s.lambda))

@@ -111,9 +111,7 @@ std::string singular_rows(const System& system, const State& state, double withi
 
 std::string undecided_start(const System& system, const State& state) {
     Workspace ws = make_workspace(system);
-    ws.angles = state.angles;
-    ws.contacts = state.contacts;
-    ws.z = state.z;
+    ws.remember(state);
     ConsistentSolver consistent(system);
     consistent.soften();
     VecX acceleration, lambda, later;

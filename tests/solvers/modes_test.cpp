@@ -189,17 +189,11 @@ TEST(Modes, SuspensionsByBothWays) {
 // A ball in its socket: K = 3/2 W / d along the load; the law's damping over the resting memory gives
 // chi / sqrt(4.8) of the critical one.
 TEST(Modes, RestingContactVibratesAndDamps) {
-    Model model;
-    model.bodies = {make_body("ball", 2, {0.01, 0.01, 0.01}, {0, 0, 0})};
-    Joint joint = make_joint("socket", JointKind::spherical, "ground", "ball", {0, 0, 0});
-    joint.fidelity = Fidelity::clearance;
-    joint.clearance = Clearance{};
-    joint.clearance->radial = 1e-3;
-    joint.clearance->law.kind = "hunt-crossley";
-    joint.clearance->law.stiffness = 5e7;
-    joint.clearance->law.restitution = 0.8;
-    model.joints = {joint};
-    const ModesReport report = modes_of(model);
+    ContactLaw law;
+    law.kind = "hunt-crossley";
+    law.stiffness = 5e7;
+    law.restitution = 0.8;
+    const ModesReport report = modes_of(test::ball_in_socket(law));
     EXPECT_EQ(report.neutral, 3); // turns
     const double depth = std::pow(2 * 9.81 / 5e7, 2.0 / 3), chi = 1.5 * 0.2;
     const Mode& stiff = report.modes.back();

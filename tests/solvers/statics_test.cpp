@@ -98,18 +98,6 @@ TEST(Statics, InvertedPendulumIsAnUnstableEquilibrium) {
     EXPECT_NEAR(forces.joint[0].force.z(), 2 * 9.81, 1e-12);
 }
 
-Model ball_in_socket(const ContactLaw& law) {
-    Model model;
-    model.bodies = {make_body("ball", 2, {0.01, 0.01, 0.01}, {0, 0, 0})};
-    Joint joint = make_joint("socket", JointKind::spherical, "ground", "ball", {0, 0, 0});
-    joint.fidelity = Fidelity::clearance;
-    joint.clearance = Clearance{};
-    joint.clearance->radial = 1e-3;
-    joint.clearance->law = law;
-    model.joints = {joint};
-    return model;
-}
-
 TEST(Statics, HeavyBallSinksIntoItsSocketAsHertzSaysAndStaysThere) {
     ContactLaw law;
     law.stiffness = 5e7;
@@ -117,14 +105,14 @@ TEST(Statics, HeavyBallSinksIntoItsSocketAsHertzSaysAndStaysThere) {
         law.kind = kind;
         if (law.kind != "hertz")
             law.restitution = 0.6;
-        const Rest at = rest_of(ball_in_socket(law));
+        const Rest at = rest_of(test::ball_in_socket(law));
         ASSERT_TRUE(at.report.ok) << kind << ' ' << at.report.message;
         EXPECT_NEAR(at.state.q[2], -1e-3 - std::pow(2 * 9.81 / 5e7, 2.0 / 3), 1e-13) << kind;
         EXPECT_EQ(motions(at.report).size(), 3u) << "the ball turns freely";
         // 1/2 m v^2 = 2/5 m g d: the speed whose energy is the one stored
         const double depth = -at.state.q[2] - 1e-3;
         EXPECT_NEAR(at.state.contacts.start_speed[0], std::sqrt(0.8 * 9.81 * depth), 1e-9) << kind;
-        const auto [kinetic, moved] = second_of_rest(ball_in_socket(law), "radau");
+        const auto [kinetic, moved] = second_of_rest(test::ball_in_socket(law), "radau");
         EXPECT_LT(kinetic, 1e-18) << kind;
         EXPECT_LT(moved, 1e-10) << kind;
     }

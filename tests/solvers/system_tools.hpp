@@ -34,6 +34,19 @@ inline Model block_on_rubber(double stiffness_z, double damping_z) {
     return model;
 }
 
+/// 2 kg in a ball joint with a play of 1 mm.
+inline Model ball_in_socket(const ContactLaw& law) {
+    Model model;
+    model.bodies = {make_body("ball", 2, {0.01, 0.01, 0.01}, {0, 0, 0})};
+    Joint joint = make_joint("socket", JointKind::spherical, "ground", "ball", {0, 0, 0});
+    joint.fidelity = Fidelity::clearance;
+    joint.clearance = Clearance{};
+    joint.clearance->radial = 1e-3;
+    joint.clearance->law = law;
+    model.joints = {joint};
+    return model;
+}
+
 inline MatX dense(const CscMatrix& m) {
     MatX out = MatX::Zero(m.pattern.rows, m.pattern.cols);
     for (int c = 0; c < m.pattern.cols; ++c)
