@@ -64,7 +64,7 @@ inline Vec4 turned(const Vec4& p, const Vec3& theta) {
         s = 0.5 * std::sin(half) / half;
     }
     const Vec4 out = c * p + s * lt_times(p, theta);
-    return out / out.norm();
+    return (1 / out.norm()) * out;
 }
 
 } // namespace gudgeon

@@ -1,5 +1,7 @@
 #include "solvers/bdf_history.hpp"
 
+#include "solvers/parallel.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -45,7 +47,9 @@ void integration_weights(std::span<const double> times, double from, double to, 
         }
 }
 
-void BdfHistory::reserve(Eigen::Index q_size, Eigen::Index u_size, Eigen::Index rows, Eigen::Index states) {
+void BdfHistory::reserve(Eigen::Index q_size, Eigen::Index u_size, Eigen::Index rows, Eigen::Index states,
+                         int threads) {
+    threads_ = threads;
     for (Slot& s : slots_) {
         s.q = VecX::Zero(q_size);
         s.u = VecX::Zero(u_size);
@@ -67,66 +71,55 @@ void BdfHistory::push(double t) {
 }
 
 namespace {
-void combine_vectors(int n, const double* w, const std::array<const double*, BdfHistory::capacity>& in,
-                     VecX& out) {
-    double* y = out.data();
-    const Eigen::Index size = out.size();
-    const auto sum = [&]<int N>() {
-        for (Eigen::Index j = 0; j < size; ++j) {
-            double s = w[0] * in[0][j];
-            for (int i = 1; i < N; ++i)
-                s += w[i] * in[i][j];
-            y[j] = s;
-        }
-    };
-    switch (n) { // fixed lengths let the compiler use vector instructions
-    case 1:
-        sum.template operator()<1>();
-        break;
-    case 2:
-        sum.template operator()<2>();
-        break;
-    case 3:
-        sum.template operator()<3>();
-        break;
-    case 4:
-        sum.template operator()<4>();
-        break;
-    case 5:
-        sum.template operator()<5>();
-        break;
-    case 6:
-        sum.template operator()<6>();
-        break;
-    default:
-        sum.template operator()<7>();
-        break;
+
+constexpr std::ptrdiff_t grain = 8192; // numbers for a thread
+
+template <int N>
+void combine_range(const double* w, const std::array<const double*, BdfHistory::capacity>& in, double* y,
+                   std::ptrdiff_t begin, std::ptrdiff_t end) {
+    for (std::ptrdiff_t j = begin; j < end; ++j) {
+        double s = w[0] * in[0][j];
+        for (int i = 1; i < N; ++i)
+            s += w[i] * in[i][j];
+        y[j] = s;
     }
 }
+
+void combine_vectors(int n, const double* w, const std::array<const double*, BdfHistory::capacity>& in,
+                     int threads, VecX& out) {
+    // fixed lengths let the compiler use vector instructions
+    static constexpr std::array ranges{combine_range<1>, combine_range<2>, combine_range<3>, combine_range<4>,
+                                       combine_range<5>, combine_range<6>, combine_range<7>};
+    const auto range = ranges[n - 1];
+    double* y = out.data();
+    for_ranges(out.size(), threads, grain,
+               [&](std::ptrdiff_t begin, std::ptrdiff_t end) { range(w, in, y, begin, end); });
+}
+
 } // namespace
 
 void BdfHistory::combine(int n, const double* w, VecX& q, VecX& u) const {
     std::array<const double*, capacity> in{};
     for (int i = 0; i < n; ++i)
         in[i] = slot(i).q.data();
-    combine_vectors(n, w, in, q);
+    combine_vectors(n, w, in, threads_, q);
     for (int i = 0; i < n; ++i)
         in[i] = slot(i).u.data();
-    combine_vectors(n, w, in, u);
+    combine_vectors(n, w, in, threads_, u);
 }
 
 void BdfHistory::combine_z(int n, const double* w, VecX& z) const {
     std::array<const double*, capacity> in{};
     for (int i = 0; i < n; ++i)
         in[i] = slot(i).z.data();
-    combine_vectors(n, w, in, z);
+    combine_vectors(n, w, in, threads_, z);
 }
 
 void BdfHistory::combine_lambda(int n, const double* w, VecX& lambda) const {
     std::array<const double*, capacity> in{};
     for (int i = 0; i < n; ++i)
         in[i] = slot(i).lambda.data();
-    combine_vectors(n, w, in, lambda);
+    combine_vectors(n, w, in, threads_, lambda);
 }
 
 } // namespace gudgeon

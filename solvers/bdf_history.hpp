@@ -25,7 +25,8 @@ class BdfHistory {
   public:
     static constexpr int capacity = 8;
 
-    void reserve(Eigen::Index q_size, Eigen::Index u_size, Eigen::Index rows, Eigen::Index states = 0);
+    void reserve(Eigen::Index q_size, Eigen::Index u_size, Eigen::Index rows, Eigen::Index states = 0,
+                 int threads = 1);
     void clear() { points_ = 0; }
 
     int points() const { return points_; }
@@ -63,7 +64,7 @@ class BdfHistory {
 
     std::array<Slot, capacity> slots_;
     std::array<double, capacity> times_{};
-    int head_ = 0, points_ = 0;
+    int head_ = 0, points_ = 0, threads_ = 1;
 };
 
 } // namespace gudgeon

@@ -1,5 +1,8 @@
 #include "solvers/error_norm.hpp"
 
+#include "solvers/parallel.hpp"
+
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -11,6 +14,29 @@ void keep_worst(ErrorNorm::Value& worst, double sum, int body) {
     if (!std::isnan(worst.norm) && !(sum <= worst.norm))
         worst = {sum, body};
 }
+/// The worst of the bodies, whatever the number of threads: the first of equals.
+template <class Sum> ErrorNorm::Value worst_body(int bodies, int threads, Sum&& sum) {
+    constexpr std::ptrdiff_t grain = 512;
+    constexpr int pieces = 16;
+    if (threads <= 1 || bodies < threads * grain) {
+        ErrorNorm::Value worst;
+        for (int i = 0; i < bodies; ++i)
+            keep_worst(worst, sum(i), i);
+        return worst;
+    }
+    std::array<ErrorNorm::Value, pieces> found;
+    for_ranges(pieces, std::min(threads, pieces), 1, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t k = begin; k < end; ++k)
+            for (int i = static_cast<int>(bodies * k / pieces); i < bodies * (k + 1) / pieces; ++i)
+                keep_worst(found[k], sum(i), i);
+    });
+    ErrorNorm::Value worst;
+    for (const ErrorNorm::Value& piece : found)
+        if (piece.body >= 0)
+            keep_worst(worst, piece.norm, piece.body);
+    return worst;
+}
+
 ErrorNorm::Value root(ErrorNorm::Value worst) {
     worst.norm = std::sqrt(worst.norm / 13);
     return worst;
@@ -31,32 +57,36 @@ int largest_part(const Vec3& position, double orientation, const Vec6& velocity)
 }
 } // namespace
 
-ErrorNorm::ErrorNorm(const System& system, double rtol, double atol)
-    : moving_(system.moving), rtol_(rtol), atol_(atol), q_weight_(VecX::Ones(system.positions())),
-      u_weight_(VecX::Ones(system.velocities())), z_weight_(VecX::Ones(system.friction_states())),
-      z_scale_(system.state_scales) {}
+ErrorNorm::ErrorNorm(const System& system, double rtol, double atol, int threads)
+    : moving_(system.moving), threads_(threads), rtol_(rtol), atol_(atol),
+      q_weight_(VecX::Ones(system.positions())), u_weight_(VecX::Ones(system.velocities())),
+      z_weight_(VecX::Ones(system.friction_states())), z_scale_(system.state_scales) {}
 
 void ErrorNorm::set_scale(const VecX& q, const VecX& u, const VecX& z) {
-    for (Eigen::Index j = 0; j < q.size(); ++j)
-        q_weight_[j] = 1 / (rtol_ * std::abs(q[j]) + atol_);
-    for (Eigen::Index j = 0; j < u.size(); ++j)
-        u_weight_[j] = 1 / (rtol_ * std::abs(u[j]) + atol_);
+    constexpr std::ptrdiff_t grain = 8192;
+    for_ranges(q.size(), threads_, grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t j = begin; j < end; ++j)
+            q_weight_[j] = 1 / (rtol_ * std::abs(q[j]) + atol_);
+    });
+    for_ranges(u.size(), threads_, grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t j = begin; j < end; ++j)
+            u_weight_[j] = 1 / (rtol_ * std::abs(u[j]) + atol_);
+    });
     for (Eigen::Index j = 0; j < z.size(); ++j)
         z_weight_[j] = 1 / (rtol_ * std::abs(z[j]) + atol_ * z_scale_[j]);
 }
 
 ErrorNorm::Value ErrorNorm::difference(const VecX& q, const VecX& q2, const VecX& u, const VecX& u2,
                                        double factor) const {
-    Value worst;
-    for (int i = 0; i < moving_; ++i) {
+    Value worst = worst_body(moving_, threads_, [&](int i) {
         const double sum = (q.segment<7>(7 * i) - q2.segment<7>(7 * i))
                                .cwiseProduct(q_weight_.segment<7>(7 * i))
                                .squaredNorm() +
                            (u.segment<6>(6 * i) - u2.segment<6>(6 * i))
                                .cwiseProduct(u_weight_.segment<6>(6 * i))
                                .squaredNorm();
-        keep_worst(worst, sum * factor * factor, i);
-    }
+        return sum * factor * factor;
+    });
     if (const int i = worst.body; i >= 0) {
         const Eigen::Matrix<double, 7, 1> dq =
             (q.segment<7>(7 * i) - q2.segment<7>(7 * i)).cwiseProduct(q_weight_.segment<7>(7 * i));
@@ -68,15 +98,13 @@ ErrorNorm::Value ErrorNorm::difference(const VecX& q, const VecX& q2, const VecX
 }
 
 ErrorNorm::Value ErrorNorm::increment(const double* step, const double* du) const {
-    Value worst;
     const double rotation_weight = 0.5 / (rtol_ + atol_); // |dp| = |dtheta| / 2, |p| = 1
-    for (int i = 0; i < moving_; ++i) {
+    Value worst = worst_body(moving_, threads_, [&](int i) {
         const Eigen::Map<const Vec6> x(step + 6 * std::ptrdiff_t(i)), v(du + 6 * std::ptrdiff_t(i));
-        const double sum = x.head<3>().cwiseProduct(q_weight_.segment<3>(7 * i)).squaredNorm() +
-                           rotation_weight * rotation_weight * x.tail<3>().squaredNorm() +
-                           v.cwiseProduct(u_weight_.segment<6>(6 * i)).squaredNorm();
-        keep_worst(worst, sum, i);
-    }
+        return x.head<3>().cwiseProduct(q_weight_.segment<3>(7 * i)).squaredNorm() +
+               rotation_weight * rotation_weight * x.tail<3>().squaredNorm() +
+               v.cwiseProduct(u_weight_.segment<6>(6 * i)).squaredNorm();
+    });
     if (const int i = worst.body; i >= 0) {
         const Eigen::Map<const Vec6> x(step + 6 * std::ptrdiff_t(i)), v(du + 6 * std::ptrdiff_t(i));
         worst.component =

@@ -12,7 +12,7 @@ namespace gudgeon {
 
 class ErrorNorm {
   public:
-    ErrorNorm(const System& system, double rtol, double atol);
+    ErrorNorm(const System& system, double rtol, double atol, int threads = 1);
 
     /// Weights 1 / (rtol |y| + atol) at a state.
     void set_scale(const VecX& q, const VecX& u, const VecX& z = VecX());
@@ -40,7 +40,7 @@ class ErrorNorm {
     void visit(Archive& archive) { archive(q_weight_, u_weight_, z_weight_); }
 
   private:
-    int moving_;
+    int moving_, threads_;
     double rtol_, atol_;
     VecX q_weight_, u_weight_, z_weight_;
     std::vector<double> z_scale_;
