@@ -33,6 +33,15 @@ struct CoincidentKernel {
     static Gradient<3> gradient(const Evaluation& e, const Element& x) {
         return point_difference::gradient(e.body[x.a], e.body[x.b], x.sa, x.sb);
     }
+    /// gradient().times(velocities)
+    static Vec3 rate(const Evaluation& e, const Element& x) {
+        return point_velocity(e.body[x.b], x.sb) - point_velocity(e.body[x.a], x.sa);
+    }
+    /// -gradient()^T lambda on the two bodies
+    static PairWrench reaction(const Evaluation& e, const Element& x, const Vec3& lambda) {
+        return {lambda, x.sa.cross(e.body[x.a].A.transpose() * lambda), -lambda,
+                (e.body[x.b].A.transpose() * lambda).cross(x.sb)};
+    }
     static Gradient<3> rate_gradient(const Evaluation& e, const Element& x) {
         return point_difference::rate_gradient(e.body[x.a], e.body[x.b], x.sa, x.sb);
     }
@@ -155,6 +164,9 @@ template <class Kernel> class ConstraintBatchOf final : public ConstraintBatch {
 
     void evaluate(const Evaluation& e, const ConstraintSink& sink) const override {
         elements_.for_each(e.threads, [&](const Element& x) {
+            if constexpr (requires { &Kernel::reaction; })
+                if (!sink.rows)
+                    return evaluate_quickly(e, x, sink);
             const TimeValue drive = prescribed(x, e.t);
             const Gradient<R> g = Kernel::gradient(e, x);
             if (sink.phi) {
@@ -217,6 +229,19 @@ template <class Kernel> class ConstraintBatchOf final : public ConstraintBatch {
     }
 
   private:
+    /// Without the rows, where the kernel has its rate and its reaction at hand; nothing prescribed.
+    static void evaluate_quickly(const Evaluation& e, const Element& x, const ConstraintSink& sink) {
+        if (sink.phi)
+            Eigen::Map<Rows>(sink.phi + x.row) = Kernel::value(e, x);
+        if (sink.rate)
+            Eigen::Map<Rows>(sink.rate + x.row) = Kernel::rate(e, x);
+        if (sink.lambda) {
+            const PairWrench w = Kernel::reaction(e, x, Eigen::Map<const Rows>(sink.lambda + x.row));
+            sink.f.add(x.a, w.force_a, w.moment_a);
+            sink.f.add(x.b, w.force_b, w.moment_b);
+        }
+    }
+
     static TimeValue prescribed(const Element& x, double t) {
         if constexpr (requires { x.function; })
             return gudgeon::evaluate(x.function, t);

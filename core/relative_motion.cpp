@@ -42,10 +42,6 @@ Mat3 joint_triad(const Vec3& axis, const Vec3& reference) {
 
 namespace point_difference {
 
-Vec3 value(const BodyMotion& a, const BodyMotion& b, const Vec3& sa, const Vec3& sb) {
-    return point_position(b, sb) - point_position(a, sa);
-}
-
 Gradient<3> gradient(const BodyMotion& a, const BodyMotion& b, const Vec3& sa, const Vec3& sb) {
     Gradient<3> g;
     g.ra = -Mat3::Identity();
@@ -126,17 +122,6 @@ void add_geometric(const BodyMotion& a, const BodyMotion& b, const Vec3&, const 
 } // namespace displacement
 
 namespace alignment {
-
-double value(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y) {
-    return (a.A * x).dot(b.A * y);
-}
-
-Gradient<1> gradient(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y) {
-    Gradient<1> g;
-    g.ta = row(x.cross(a.A.transpose() * (b.A * y)));
-    g.tb = row(y.cross(b.A.transpose() * (a.A * x)));
-    return g;
-}
 
 Gradient<1> rate_gradient(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y) {
     const Mat3 a_from_b = a.A.transpose() * b.A;
@@ -257,16 +242,19 @@ namespace rotation_vector {
 namespace {
 
 // c(x) = (1 - (t/2) cot(t/2)) / t^2 and c'(t) / t with x = t^2, by series where the closed form cancels.
+constexpr double largest_for_series = 0.25;
+double series(double x) {
+    return 1.0 / 12 +
+           x * (1.0 / 720 +
+                x * (1.0 / 30240 + x * (1.0 / 1209600 + x * (1.0 / 47900160 + x * (691.0 / 1307674368000.0 +
+                                                                                   x / 74724249600.0)))));
+}
 struct Coefficients {
     double c, slope;
 };
 Coefficients coefficients(double x) {
-    if (x < 0.25) {
-        const double c =
-            1.0 / 12 +
-            x * (1.0 / 720 +
-                 x * (1.0 / 30240 + x * (1.0 / 1209600 + x * (1.0 / 47900160 + x * (691.0 / 1307674368000.0 +
-                                                                                    x / 74724249600.0)))));
+    if (x < largest_for_series) {
+        const double c = series(x);
         const double slope =
             2 * (1.0 / 720 + x * (2.0 / 30240 + x * (3.0 / 1209600 +
                                                      x * (4.0 / 47900160 + x * (5 * 691.0 / 1307674368000.0 +
@@ -299,7 +287,10 @@ Vec3 value(const BodyMotion& a, const BodyMotion& b, const Vec4& qa, const Vec4&
     return sign * factor * rel.vec();
 }
 
-double curvature(const Vec3& theta) { return coefficients(theta.squaredNorm()).c; }
+double curvature(const Vec3& theta) {
+    const double x = theta.squaredNorm();
+    return x < largest_for_series ? series(x) : coefficients(x).c;
+}
 
 Gradient<3> gradient(const Vec3& theta, const Mat3& axes_a, const Mat3& axes_b) {
     const Mat3 t = skew(theta);

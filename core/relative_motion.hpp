@@ -41,7 +41,9 @@ inline constexpr CouplingMask couple_all = 0xffff;
 /// Point difference d = P_b - P_a in global components (AP 6): spherical part of the joints.
 namespace point_difference {
 inline constexpr CouplingMask coupling = coupling_bit(1, 1) | coupling_bit(3, 3);
-Vec3 value(const BodyMotion& a, const BodyMotion& b, const Vec3& sa, const Vec3& sb);
+inline Vec3 value(const BodyMotion& a, const BodyMotion& b, const Vec3& sa, const Vec3& sb) {
+    return point_position(b, sb) - point_position(a, sa);
+}
 Gradient<3> gradient(const BodyMotion& a, const BodyMotion& b, const Vec3& sa, const Vec3& sb);
 Vec3 drift(const BodyMotion& a, const BodyMotion& b, const Vec3& sa, const Vec3& sb);
 Gradient<3> rate_gradient(const BodyMotion& a, const BodyMotion& b, const Vec3& sa, const Vec3& sb);
@@ -67,8 +69,16 @@ void add_geometric(const BodyMotion& a, const BodyMotion& b, const Vec3& sa, con
 namespace alignment {
 inline constexpr CouplingMask coupling =
     coupling_bit(1, 1) | coupling_bit(1, 3) | coupling_bit(3, 1) | coupling_bit(3, 3);
-double value(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y);
-Gradient<1> gradient(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y);
+inline double value(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y) {
+    return (a.A * x).dot(b.A * y);
+}
+inline Gradient<1> gradient(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y) {
+    const Vec3 x_global = a.A * x, y_global = b.A * y;
+    Gradient<1> g;
+    g.ta = x.cross(a.A.transpose() * y_global).transpose();
+    g.tb = y.cross(b.A.transpose() * x_global).transpose();
+    return g;
+}
 Gradient<1> rate_gradient(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y);
 void add_geometric(const BodyMotion& a, const BodyMotion& b, const Vec3& x, const Vec3& y, double g,
                    BlockMatrix& out);
