@@ -70,7 +70,7 @@ void add_run_options(CLI::App& command, Typed& typed) {
     };
     option("--integrator", "WORD", "auto (gear or radau, as the run asks), gear, radau, ida, rk4 or bayo");
     option("--formulation", "WORD",
-           "gear and radau: saddle-point (KLU), augmented-lagrangian (CHOLMOD) or auto");
+           "gear and radau: saddle-point (blocks), saddle-point-klu, augmented-lagrangian (CHOLMOD) or auto");
     option("--rtol", "X", "relative error of a step, 1e-6");
     option("--atol", "X", "absolute error of a step (m, m/s, rad/s), as --rtol");
     option("--step", "S", "rk4, bayo: the step, 1e-3 s; elsewhere the largest step");
@@ -143,13 +143,14 @@ int whole(const Typed& typed, const std::string& option, int most, int fallback)
 
 /// Not every method has the choice.
 std::string formulation(const Typed& typed, const std::string& integrator) {
-    std::string word = choice(typed, "--formulation", {"saddle-point", "augmented-lagrangian", "auto"}, {});
+    std::string word = choice(typed, "--formulation",
+                              {"saddle-point", "saddle-point-klu", "augmented-lagrangian", "auto"}, {});
     if (!typed.options.contains("--formulation"))
         return word;
-    if ((integrator == "ida" || integrator == "rk4") && word == "augmented-lagrangian")
+    if ((integrator == "ida" || integrator == "rk4") && word != "saddle-point" && word != "auto")
         throw UsageError("--formulation", fmt::format("'{}' with --integrator {}", word, integrator),
-                         "saddle-point or auto; augmented-lagrangian with gear, radau, auto");
-    if (integrator == "bayo" && word == "saddle-point")
+                         "saddle-point or auto; others with gear, radau, auto");
+    if (integrator == "bayo" && word.starts_with("saddle-point"))
         throw UsageError("--formulation", fmt::format("'{}' with --integrator bayo", word),
                          "augmented-lagrangian or auto");
     return word;

@@ -2,7 +2,7 @@
 
 #include "core/assembly.hpp"
 #include "solvers/augmented_solver.hpp"
-#include "solvers/klu_solver.hpp"
+#include "solvers/block_solver.hpp"
 
 #include <algorithm>
 
@@ -11,7 +11,7 @@ namespace gudgeon {
 namespace {
 // The sweeps refine as well: with less, they grow in number; with more, passes do (solvers/README.md).
 constexpr double sweep_tolerance = 1e-5;
-constexpr double worthwhile_fill = 16; // entries of L per unknown of the leading block
+constexpr double worthwhile_fill = 40; // entries of L per unknown of the leading block
 } // namespace
 
 Formulation formulation_for(const System& system, Formulation asked) {
@@ -23,11 +23,17 @@ Formulation formulation_for(const System& system, Formulation asked) {
     return fill > worthwhile_fill ? Formulation::augmented_lagrangian : Formulation::saddle_point;
 }
 
-std::unique_ptr<LinearSolver> make_saddle_solver(const System& system, Formulation formulation) {
+BlockOptions saddle_options(Formulation formulation, int threads) {
+    return {.threads = threads,
+            .single_precision = true, // the sweeps themselves refine
+            .always_klu = formulation == Formulation::saddle_point_klu};
+}
+
+std::unique_ptr<LinearSolver> make_saddle_solver(const System& system, Formulation formulation, int threads) {
     if (formulation == Formulation::augmented_lagrangian)
         return std::make_unique<AugmentedSolver>(system.velocities(),
                                                  AugmentedOptions{.tolerance = sweep_tolerance});
-    return std::make_unique<KluSolver>(KluOptions{.refinements = 0}); // the sweeps themselves refine
+    return std::make_unique<BlockSolver>(saddle_options(formulation, threads));
 }
 
 } // namespace gudgeon

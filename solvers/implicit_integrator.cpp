@@ -1,7 +1,7 @@
 #include "solvers/implicit_integrator.hpp"
 
 #include "core/bad_numbers.hpp"
-#include "solvers/klu_solver.hpp"
+#include "solvers/block_solver.hpp"
 #include "solvers/phase_timer.hpp"
 #include "solvers/singular_position.hpp"
 
@@ -32,8 +32,9 @@ constexpr double shortest_for_contact = 1e3;
 ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOptions& options)
     : system_(system), options_(options), ws_(make_workspace(system, options.threads)), saddle_(system),
       formulation_(formulation_for(system, options.formulation)),
-      linear_(make_saddle_solver(system, formulation_)), solver_(*linear_), consistent_(system),
-      norm_(system, options.rtol, options.atol), watch_(system, options),
+      linear_(make_saddle_solver(system, formulation_, options.threads)), solver_(*linear_),
+      consistent_(system), norm_(system, options.rtol, options.atol, options.threads),
+      watch_(system, options),
       motion_at_([this](double t, int body, BodyMotion& out) { motion_in_step(t, body, out); }),
       carried_on_([this](double t, int body, BodyMotion& out) { motion_carried_on(t, body, out); }) {
     solver_.analyse(saddle_.pattern());
@@ -238,7 +239,7 @@ void ImplicitIntegrator::visit(Archive& archive) {
         soften();
     if (archive.reading() && projections)
         consistent_.soften();
-    archive(statistics_, ws_, static_cast<KluSolver&>(solver_), norm_, watch_, values_, state_, z_rate_, h_,
+    archive(statistics_, ws_, static_cast<BlockSolver&>(solver_), norm_, watch_, values_, state_, z_rate_, h_,
             full_h_, phi_worst_, rate_worst_, error_, increment_, rejections_in_row_, failures_);
 }
 

@@ -25,7 +25,7 @@ class ImplicitIntegrator : public Integrator {
     const State& state() const override { return state_; }
     const Statistics& statistics() const override;
     void visit(Archive& archive) override;
-    bool goes_on_exactly() const override { return formulation_ == Formulation::saddle_point; }
+    bool goes_on_exactly() const override { return formulation_ != Formulation::augmented_lagrangian; }
     Workspace& workspace() override { return ws_; }
     void set_on_contact(std::function<void(const ContactEvent&)> f) override {
         watch_.on_contact = std::move(f);

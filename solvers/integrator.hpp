@@ -21,7 +21,7 @@ const char* onset_name(Onset onset);
 Onset onset_named(const std::string& word);
 
 /// How gear and radau solve their linear systems, the same equations either way (formulation.hpp).
-enum class Formulation { saddle_point, augmented_lagrangian, automatic };
+enum class Formulation { saddle_point, saddle_point_klu, augmented_lagrangian, automatic };
 const char* formulation_name(Formulation formulation);
 /// Throws std::invalid_argument for an unknown word.
 Formulation formulation_named(const std::string& word);

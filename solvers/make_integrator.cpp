@@ -97,18 +97,27 @@ Onset onset_named(const std::string& word) {
 }
 
 const char* formulation_name(Formulation formulation) {
-    return formulation == Formulation::saddle_point           ? "saddle-point"
-           : formulation == Formulation::augmented_lagrangian ? "augmented-lagrangian"
-                                                              : "auto";
+    switch (formulation) {
+    case Formulation::saddle_point:
+        return "saddle-point";
+    case Formulation::saddle_point_klu:
+        return "saddle-point-klu";
+    case Formulation::augmented_lagrangian:
+        return "augmented-lagrangian";
+    case Formulation::automatic:
+        break;
+    }
+    return "auto";
 }
 
 Formulation formulation_named(const std::string& word) {
-    for (const Formulation f :
-         {Formulation::saddle_point, Formulation::augmented_lagrangian, Formulation::automatic})
+    for (const Formulation f : {Formulation::saddle_point, Formulation::saddle_point_klu,
+                                Formulation::augmented_lagrangian, Formulation::automatic})
         if (word == formulation_name(f))
             return f;
-    throw std::invalid_argument(
-        fmt::format("unknown formulation '{}'; allowed: saddle-point, augmented-lagrangian, auto", word));
+    throw std::invalid_argument(fmt::format(
+        "unknown formulation '{}'; allowed: saddle-point, saddle-point-klu, augmented-lagrangian, auto",
+        word));
 }
 
 const std::vector<std::string>& integrator_names() {

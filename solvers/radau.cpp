@@ -22,7 +22,8 @@ constexpr double most_foreseen = 5;       // of a step, over which the last poly
 constexpr double good_contraction = 1e-3; // better: the derivatives are kept for the next step
 } // namespace
 
-Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitIntegrator(system, options) {
+Radau::Radau(const System& system, const IntegratorOptions& options)
+    : ImplicitIntegrator(system, options), complex_(saddle_options(formulation_, options.threads)) {
     const Eigen::Index n = system.velocities(), m = system.row_count();
     if (auto* real = dynamic_cast<AugmentedSolver*>(&solver_))
         pair_ = std::make_unique<AugmentedPairSolver>(*real);
@@ -45,7 +46,10 @@ Radau::Radau(const System& system, const IntegratorOptions& options) : ImplicitI
 }
 
 void Radau::analyse_complex() {
-    pair_ ? pair_->analyse(saddle_.pattern()) : complex_.analyse(saddle_.pattern());
+    if (pair_)
+        pair_->analyse(saddle_.pattern());
+    else
+        complex_.analyse(saddle_.pattern(), static_cast<BlockSolver&>(solver_).shared_structure());
     complex_values_.assign(saddle_.pattern().nonzeros(), 0.0);
 }
 

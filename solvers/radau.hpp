@@ -9,7 +9,7 @@
 #pragma once
 
 #include "solvers/augmented_solver.hpp"
-#include "solvers/complex_klu_solver.hpp"
+#include "solvers/block_solver.hpp"
 #include "solvers/implicit_integrator.hpp"
 #include "solvers/stage_matrix.hpp"
 
@@ -71,7 +71,7 @@ class Radau final : public ImplicitIntegrator {
     void move_stages();
 
     std::unique_ptr<StageMatrix> exact_; // made when first needed
-    ComplexKluSolver complex_;           // of the complex matrix, or, with the augmented Lagrangian ...
+    ComplexBlockSolver complex_;         // of the complex matrix, or, with the augmented Lagrangian ...
     std::unique_ptr<AugmentedPairSolver> pair_; // ... this
     std::vector<std::complex<double>> complex_values_;
     State previous_; // beginning of the last accepted step

@@ -41,7 +41,7 @@ TEST(Arguments, UnknownWords) {
     expect_refused({"run", "pendulum", "--integrator", "gera"},
                    {"--integrator", "'gera'", "did you mean 'gear'?", "auto, gear, radau, ida, rk4, bayo"});
     expect_refused({"run", "pendulum", "--formulation", "index-3"},
-                   {"'index-3'", "saddle-point, augmented-lagrangian, auto"});
+                   {"'index-3'", "saddle-point, saddle-point-klu, augmented-lagrangian, auto"});
     for (const char* integrator : {"ida", "rk4"})
         expect_refused(
             {"run", "pendulum", "--formulation", "augmented-lagrangian", "--integrator", integrator},

@@ -24,16 +24,23 @@ SimulationOptions options(const std::string& integrator, Formulation formulation
     return out;
 }
 
-/// Positions of both runs at `end`, compared; neither formulation may have been left.
+/// Positions of the runs at `end`, compared; no formulation may have been left.
 void expect_same_motion(Model model, const std::string& integrator, double tol, double end, double bound) {
-    Simulation klu(model, options(integrator, Formulation::saddle_point, tol));
+    Simulation blocks(model, options(integrator, Formulation::saddle_point, tol));
+    Simulation klu(model, options(integrator, Formulation::saddle_point_klu, tol));
     Simulation cholmod(std::move(model), options(integrator, Formulation::augmented_lagrangian, tol));
-    const StepOutcome a = klu.advance_to(end), b = cholmod.advance_to(end);
-    ASSERT_TRUE(a.ok) << a.message;
-    ASSERT_TRUE(b.ok) << b.message;
-    EXPECT_LT((klu.state().q - cholmod.state().q).cwiseAbs().maxCoeff(), bound);
-    EXPECT_STREQ(klu.formulation(), "saddle-point");
+    for (Simulation* one : {&blocks, &klu, &cholmod}) {
+        const StepOutcome outcome = one->advance_to(end);
+        ASSERT_TRUE(outcome.ok) << outcome.message;
+    }
+    for (const Simulation* one : {&blocks, &cholmod})
+        EXPECT_LT((klu.state().q - one->state().q).cwiseAbs().maxCoeff(), bound);
+    EXPECT_STREQ(blocks.formulation(), "saddle-point");
+    EXPECT_STREQ(blocks.linear_solver(), "block");
+    EXPECT_EQ(blocks.statistics().klu_fallbacks, 0);
+    EXPECT_STREQ(klu.formulation(), "saddle-point-klu");
     EXPECT_STREQ(klu.linear_solver(), "klu");
+    EXPECT_EQ(klu.statistics().klu_fallbacks, 0);
     EXPECT_STREQ(cholmod.formulation(), "augmented-lagrangian");
     EXPECT_STREQ(cholmod.linear_solver(), "cholmod");
     EXPECT_EQ(klu.statistics().cholmod_solves, 0);
@@ -165,7 +172,8 @@ TEST(Formulations, AutoTakesCholmodWhereLoopsFillTheFactors) {
     };
     EXPECT_EQ(chosen(build_mechanism("chain", {{"links", "300"}})), "saddle-point");
     EXPECT_EQ(chosen(build_mechanism("suspension-chain", {{"units", "10"}})), "saddle-point");
-    EXPECT_EQ(chosen(net(12)), "augmented-lagrangian");
+    EXPECT_EQ(chosen(net(8)), "saddle-point");
+    EXPECT_EQ(chosen(net(25)), "augmented-lagrangian");
 }
 
 TEST(Formulations, AreKnownByName) {
