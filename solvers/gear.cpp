@@ -25,6 +25,8 @@ constexpr int most_onset_cuts = 3;
 constexpr double stiff_share = 0.3; // of an error: omega h above 2 (order 2) to 3.5 (order 5)
 constexpr double growth_limit = 2.0;
 constexpr double growth_worth = 1.2; // smaller growth is not worth a new matrix
+constexpr double making = 4;         // of a matrix, in sweeps
+constexpr double closing = 0.7;      // of the constraints once
 } // namespace
 
 Gear::Gear(const System& system, const IntegratorOptions& options) : ImplicitIntegrator(system, options) {
@@ -32,7 +34,7 @@ Gear::Gear(const System& system, const IntegratorOptions& options) : ImplicitInt
     options_.max_order = std::clamp(options_.max_order, 1, 5);
     for (const Joint& joint : system.model.joints)
         driven_ = driven_ || !joint.drives.empty() || system.reaction_friction;
-    history_.reserve(nq, n, system.row_count(), system.friction_states());
+    history_.reserve(nq, n, system.row_count(), system.friction_states(), options.threads);
     z_predicted_ = beta_z_ = z_change_ = VecX::Zero(system.friction_states());
     for (VecX* x : {&q_predicted_, &beta_q_})
         *x = VecX::Zero(nq);
@@ -70,6 +72,7 @@ void Gear::start(const State& state) {
     contraction_ = 0.5;
     matrix_a0_ = 0;
     refresh_wanted_ = false;
+    work_counted_ = double(statistics_.newton_sweeps) + closing * double(statistics_.constraint_polish);
     full_h_ = 0;
     kink_ = -1e300;
     contact_begun_ = false;
@@ -84,8 +87,9 @@ void Gear::visit(Archive& archive) {
     if (!goes_on_exactly())
         return;
     archive(history_, order_, kink_, contact_begun_, step_order_, t_try_, a0_, matrix_a0_, lambda_points_,
-            matrix_fresh_, refresh_wanted_, contraction_, real_points_, order_cap_, cap_steps_,
-            last_rejection_, steps_at_order_, power_t_, power_, powers_);
+            matrix_fresh_, refresh_wanted_, matrix_work_, work_counted_, matrix_steps_, contraction_,
+            real_points_, order_cap_, cap_steps_, last_rejection_, steps_at_order_, power_t_, power_,
+            powers_);
 }
 
 // Step for which the first-order error, 1/2 h^2 |y''|, is a quarter of the limit; y'' by a trial difference.
@@ -257,6 +261,7 @@ void Gear::shorten(double t, double h) {
 
 void Gear::accept(double t, double h, double error) {
     count_acceptance(t, h, order_, error);
+    weigh_matrix();
     if (soft())
         drop_idle_part(history_.next_lambda());
     step_order_ = order_;
@@ -294,6 +299,22 @@ void Gear::accept(double t, double h, double error) {
     }
     full_h_ = 0;
     integrate_powers(t);
+}
+
+// A matrix grows old: steps need more and more sweeps. It is renewed when a step costs more than the steps
+// with it have cost on average, its making counted in.
+void Gear::weigh_matrix() {
+    const double work = double(statistics_.newton_sweeps) + closing * double(statistics_.constraint_polish);
+    const double step = work - work_counted_;
+    work_counted_ = work;
+    if (matrix_fresh_) {
+        matrix_work_ = making;
+        matrix_steps_ = 0;
+    }
+    matrix_work_ += step;
+    ++matrix_steps_;
+    if (!matrix_fresh_ && !soft() && step * matrix_steps_ > matrix_work_)
+        refresh_wanted_ = true;
 }
 
 // Error of the step, had it been taken at another order (its polynomial through order + 1 past points).

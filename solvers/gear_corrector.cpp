@@ -2,6 +2,7 @@
 
 #include "solvers/gear.hpp"
 
+#include "solvers/parallel.hpp"
 #include "solvers/phase_timer.hpp"
 
 #include <algorithm>
@@ -15,6 +16,7 @@ constexpr int most_sweeps = 6;
 constexpr double newton_share = 0.1;       // of the error limit left to the corrector
 constexpr double contraction_ageing = 1.3; // per step: what was measured long ago may no longer hold
 constexpr double multiplier_share = 0.03;  // largest relative change of multipliers in the last sweep
+constexpr std::ptrdiff_t grain = 256;      // bodies for a thread
 constexpr double slow_contraction = 0.3;   // above, the matrix is renewed for the next step
 
 } // namespace
@@ -24,20 +26,22 @@ void Gear::predict(double t) {
     std::array<double, BdfHistory::capacity> w{};
     interpolation_weights(history_.times(order_ + 1), t, w.data());
     history_.combine(order_ + 1, w.data(), q_predicted_, u_predicted_);
-    for (int i = 0; i < system_.moving; ++i)
-        q_predicted_.segment<4>(7 * i + 3).normalize();
     a0_ = bdf_weights(history_.times(order_), t, a_.data());
     history_.combine(order_, a_.data(), beta_q_, beta_u_);
-    history_.next_q() = q_predicted_;
-    history_.next_u() = u_predicted_;
     // Multipliers too, since with an old matrix G^T (lambda - predicted) is turned wrongly. Their errors are
     // not controlled: a high polynomial would blow them up from step to step faster than the sweeps mend.
     const int n = std::max(1, std::min(lambda_points_, real_points_));
     interpolation_weights(history_.times(n), t, w.data());
     history_.combine_lambda(n, w.data(), history_.next_lambda());
-    drift_.setZero();
-    for (int i = 0; i < system_.moving; ++i)
-        turn_to_velocity(i, step_.data() + 6 * std::ptrdiff_t(i));
+    for_ranges(system_.moving, options_.threads, grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t i = begin; i < end; ++i) {
+            q_predicted_.segment<4>(7 * i + 3).normalize();
+            history_.next_q().segment<7>(7 * i) = q_predicted_.segment<7>(7 * i);
+            history_.next_u().segment<6>(6 * i) = u_predicted_.segment<6>(6 * i);
+            drift_.segment<6>(6 * i).setZero();
+            turn_to_velocity(static_cast<int>(i), step_.data() + 6 * i);
+        }
+    });
     if (!has_states())
         return;
     interpolation_weights(history_.times(order_ + 1), t, w.data());
@@ -64,7 +68,8 @@ void Gear::settle_states(double t) {
 void Gear::turn_to_velocity(int i, double* step) {
     VecX& q = history_.next_q();
     const VecX& u = history_.next_u();
-    const Vec3 r = (u.segment<3>(6 * i) - beta_q_.segment<3>(7 * i)) / a0_ + drift_.segment<3>(6 * i);
+    const double lag = 1 / a0_;
+    const Vec3 r = lag * (u.segment<3>(6 * i) - beta_q_.segment<3>(7 * i)) + drift_.segment<3>(6 * i);
     const Vec3 dr = r - q.segment<3>(7 * i);
     q.segment<3>(7 * i) = r;
     const Vec4 p = q.segment<4>(7 * i + 3);
@@ -72,8 +77,8 @@ void Gear::turn_to_velocity(int i, double* step) {
     const Vec3 defect =
         w + a0_ * drift_.segment<3>(6 * i + 3) - 2 * l_times(p, beta_q_.segment<4>(7 * i + 3));
     const Vec3 half = 0.5 * w; // (a0 + skew(half)) turn = defect, in closed form
-    const Vec3 turn = (a0_ * a0_ * defect - a0_ * half.cross(defect) + half.dot(defect) * half) /
-                      (a0_ * (a0_ * a0_ + half.squaredNorm()));
+    const Vec3 turn = (lag / (a0_ * a0_ + half.squaredNorm())) *
+                      (a0_ * a0_ * defect - a0_ * half.cross(defect) + half.dot(defect) * half);
     q.segment<4>(7 * i + 3) = turned(p, turn);
     for (int k = 0; k < 3; ++k)
         step[k] = dr[k];
@@ -121,21 +126,28 @@ void Gear::residual(double t) {
     evaluate_forces(system_, t, ws_);
     evaluate_constraints(system_, t, history_.next_lambda().data(), false, ws_);
     ++statistics_.evaluations;
-    momentum_ = a0_ * history_.next_u() + beta_u_;
-    mass_times(system_, momentum_, momentum_);
-    rhs_.head(n) = ws_.f - momentum_;
-    rhs_.segment(n + m, n).setZero();
+    for_ranges(system_.moving, options_.threads, grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t i = begin; i < end; ++i) {
+            const Vec6 rate = a0_ * history_.next_u().segment<6>(6 * i) + beta_u_.segment<6>(6 * i);
+            rhs_.segment<3>(6 * i) = ws_.f.segment<3>(6 * i) - system_.mass[i] * rate.head<3>();
+            rhs_.segment<3>(6 * i + 3) = ws_.f.segment<3>(6 * i + 3) - system_.inertia[i] * rate.tail<3>();
+            rhs_.segment<6>(n + m + 6 * i).setZero();
+        }
+    });
     put_open_rows(rhs_.segment(n, m), rhs_.tail(m));
 }
 
 void Gear::move_end() {
     const PhaseTimer timer(statistics_.seconds.control);
     const Eigen::Index n = system_.velocities(), m = system_.row_count();
-    history_.next_u() += rhs_.head(n);
     history_.next_lambda() += rhs_.segment(n, m);
-    drift_ += rhs_.segment(n + m, n);
-    for (int i = 0; i < system_.moving; ++i)
-        turn_to_velocity(i, step_.data() + 6 * std::ptrdiff_t(i));
+    for_ranges(system_.moving, options_.threads, grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t i = begin; i < end; ++i) {
+            history_.next_u().segment<6>(6 * i) += rhs_.segment<6>(6 * i);
+            drift_.segment<6>(6 * i) += rhs_.segment<6>(n + m + 6 * i);
+            turn_to_velocity(static_cast<int>(i), step_.data() + 6 * i);
+        }
+    });
     increment_ = norm_.increment(step_.data(), rhs_.data());
     if (has_states()) {
         settle_states(t_try_);

@@ -45,6 +45,7 @@ std::vector<std::array<double, 2>> turning_points(Simulation& sim, double end) {
     return found;
 }
 
+// Bounds of gear's balance: the worst of tolerances within a factor of two, which scatter by as much as six.
 struct Case {
     std::string integrator;
     double tol, step, time_error, place_error, balance;
@@ -72,7 +73,7 @@ TEST_P(StickSlip, MeetsTheReference) {
 INSTANTIATE_TEST_SUITE_P(
     Integrators, StickSlip,
     testing::Values(Case{"radau", 1e-6, 0, 1e-3, 2e-5, 1e-6}, Case{"radau", 1e-8, 0, 1e-5, 3e-7, 3e-9},
-                    Case{"gear", 1e-6, 0, 2e-2, 3e-4, 3e-5}, Case{"gear", 1e-8, 0, 4e-4, 5e-6, 2e-6},
+                    Case{"gear", 1e-6, 0, 2e-2, 3e-4, 2e-4}, Case{"gear", 1e-8, 0, 4e-4, 5e-6, 2e-6},
                     Case{"ida", 1e-6, 0, 3e-2, 6e-4, 3e-4}, Case{"ida", 1e-8, 0, 5e-4, 8e-6, 2e-6},
                     // the bristles' rate, 1e4/s in slip, bounds its step
                     Case{"rk4", 1e-6, 5e-5, 1e-7, 1e-9, 1e-7}),
