@@ -65,8 +65,9 @@ bool Radau::turn_to_velocities(double h) {
             w[j] = state_.u.segment<3>(6 * b + 3) + V_[j].segment<3>(6 * b + 3);
             theta[j] = Z_[j].segment<3>(6 * b + 3);
         }
-        double change = 1;
-        for (int iteration = 0; change > 1e-15; ++iteration) {
+        double change = 1, last = 1;
+        // the next change is foreseen from the last two
+        for (int iteration = 0; change * change > 1e-15 * last; ++iteration) {
             if (iteration == most_turn_iterations)
                 return change < 1e-12;
             std::array<Vec3, stages> rate;
@@ -74,6 +75,7 @@ bool Radau::turn_to_velocities(double h) {
                 const Vec3 tw = theta[j].cross(w[j]);
                 rate[j] = w[j] + 0.5 * tw + rotation_vector::curvature(theta[j]) * theta[j].cross(tw);
             }
+            last = change;
             change = 0;
             for (int j = 0; j < stages; ++j) {
                 const Vec3 next = X_[j].segment<3>(6 * b + 3) + hA(j, 0) * rate[0] + hA(j, 1) * rate[1] +
