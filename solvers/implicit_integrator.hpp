@@ -8,6 +8,8 @@
 #include "solvers/formulation.hpp"
 #include "solvers/integrator.hpp"
 
+#include <algorithm>
+
 namespace gudgeon {
 
 /// Largest magnitude, 0 of none.
@@ -75,8 +77,11 @@ class ImplicitIntegrator : public Integrator {
     /// second order: rhs_ holds residuals of momentum and velocity, then of position. The coordinates move by
     /// q_per_u times the change of the velocities besides the position correction.
     void solve_second_order(double q_per_u, int columns);
-    /// m/s, rad/s: a smaller change of the velocity constraints is not worth a solve. Soft rows: round-off.
-    double negligible_rate() const { return soft_ ? 1e-15 * (1 + largest(state_.u)) : 1e-11; }
+    /// m/s, rad/s: a smaller change of the velocity constraints is not worth a solve, far below the tolerance
+    /// as it is, and closed at the end of the step. Soft rows: round-off.
+    double negligible_rate() const {
+        return soft_ ? 1e-15 * (1 + largest(state_.u)) : std::max(1e-11, 1e-3 * options_.rtol);
+    }
     /// Factors the assembled K with hardly any softness: for keep_free_part().
     bool factor_nearly_hard();
     /// Takes out of a change of velocities or poses what the rows in ws_ do not allow, by the present matrix.

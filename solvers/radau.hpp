@@ -49,6 +49,7 @@ class Radau final : public ImplicitIntegrator {
     void solve_increments(double h);
     void solve_complex(std::complex<double> q_per_u);
     bool turn_to_velocities(double h);
+    bool turn_to_velocity(int body, const Mat3& hA);
     void settle_states(double t, double h);
     void start_forces();
     ErrorNorm::Value state_error(double t, double lag);

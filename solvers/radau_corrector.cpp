@@ -1,6 +1,7 @@
 // The stage equations of Radau IIA: start values, simplified Newton sweeps, closing of the constraints.
 
 #include "solvers/bdf_history.hpp"
+#include "solvers/parallel.hpp"
 #include "solvers/phase_timer.hpp"
 #include "solvers/radau.hpp"
 #include "solvers/radau_coefficients.hpp"
@@ -8,6 +9,7 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace gudgeon {
@@ -16,7 +18,8 @@ namespace {
 
 constexpr int most_sweeps = 10;
 constexpr int most_turn_iterations = 40;
-constexpr double most_growth = 10; // of a step, over which the last polynomial is carried on
+constexpr std::ptrdiff_t grain = 256; // bodies for a thread
+constexpr double most_growth = 10;    // of a step, over which the last polynomial is carried on
 // Assumed at least for the first sweep of a step: one accepted unseen leaves stiff modes astray, which the
 // error estimate then follows with short steps.
 constexpr double least_contraction = 0.1;
@@ -51,45 +54,55 @@ void Radau::predict(double h) {
     }
 }
 
-// Coordinates that fit the velocities: Z_i = h sum_j A_ij q'_j + X_i, rotations by iteration on the
-// rotation vectors (theta' = omega + theta x omega / 2 + ...).
 bool Radau::turn_to_velocities(double h) {
     const Mat3 hA = h * radau_coefficients().A;
-    for (int b = 0; b < system_.moving; ++b) {
-        std::array<Vec3, stages> w, theta;
-        for (int j = 0; j < stages; ++j) {
-            Vec3 r = X_[j].segment<3>(6 * b);
-            for (int l = 0; l < stages; ++l)
-                r += hA(j, l) * (state_.u.segment<3>(6 * b) + V_[l].segment<3>(6 * b));
-            Z_[j].segment<3>(6 * b) = r;
-            w[j] = state_.u.segment<3>(6 * b + 3) + V_[j].segment<3>(6 * b + 3);
-            theta[j] = Z_[j].segment<3>(6 * b + 3);
-        }
-        double change = 1, last = 1;
-        // the next change is foreseen from the last two
-        for (int iteration = 0; change * change > 1e-15 * last; ++iteration) {
-            if (iteration == most_turn_iterations)
-                return change < 1e-12;
-            std::array<Vec3, stages> rate;
-            for (int j = 0; j < stages; ++j) {
-                const Vec3 tw = theta[j].cross(w[j]);
-                rate[j] = w[j] + 0.5 * tw + rotation_vector::curvature(theta[j]) * theta[j].cross(tw);
+    std::atomic<bool> all = true;
+    for_ranges(system_.moving, options_.threads, grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t b = begin; b < end; ++b)
+            if (!turn_to_velocity(static_cast<int>(b), hA)) {
+                all = false;
+                break;
             }
-            last = change;
-            change = 0;
-            for (int j = 0; j < stages; ++j) {
-                const Vec3 next = X_[j].segment<3>(6 * b + 3) + hA(j, 0) * rate[0] + hA(j, 1) * rate[1] +
-                                  hA(j, 2) * rate[2];
-                const double size = next.norm();
-                if (!(size < 3))
-                    return false; // the rotation vector folds at pi
-                change = std::max(change, (next - theta[j]).norm() / (1 + size));
-                theta[j] = next;
-            }
-        }
-        for (int j = 0; j < stages; ++j)
-            Z_[j].segment<3>(6 * b + 3) = theta[j];
+    });
+    return all;
+}
+
+// Coordinates of a body that fit the velocities: Z_i = h sum_j A_ij q'_j + X_i, rotations by iteration on the
+// rotation vectors (theta' = omega + theta x omega / 2 + ...).
+bool Radau::turn_to_velocity(int b, const Mat3& hA) {
+    std::array<Vec3, stages> w, theta;
+    for (int j = 0; j < stages; ++j) {
+        Vec3 r = X_[j].segment<3>(6 * b);
+        for (int l = 0; l < stages; ++l)
+            r += hA(j, l) * (state_.u.segment<3>(6 * b) + V_[l].segment<3>(6 * b));
+        Z_[j].segment<3>(6 * b) = r;
+        w[j] = state_.u.segment<3>(6 * b + 3) + V_[j].segment<3>(6 * b + 3);
+        theta[j] = Z_[j].segment<3>(6 * b + 3);
     }
+    double change = 1, last = 1;
+    // the next change is foreseen from the last two
+    for (int iteration = 0; change * change > 1e-15 * last; ++iteration) {
+        if (iteration == most_turn_iterations)
+            return change < 1e-12;
+        std::array<Vec3, stages> rate;
+        for (int j = 0; j < stages; ++j) {
+            const Vec3 tw = theta[j].cross(w[j]);
+            rate[j] = w[j] + 0.5 * tw + rotation_vector::curvature(theta[j]) * theta[j].cross(tw);
+        }
+        last = change;
+        change = 0;
+        for (int j = 0; j < stages; ++j) {
+            const Vec3 next =
+                X_[j].segment<3>(6 * b + 3) + hA(j, 0) * rate[0] + hA(j, 1) * rate[1] + hA(j, 2) * rate[2];
+            const double size = next.norm();
+            if (!(size < 3))
+                return false; // the rotation vector folds at pi
+            change = std::max(change, (next - theta[j]).norm() / (1 + size));
+            theta[j] = next;
+        }
+    }
+    for (int j = 0; j < stages; ++j)
+        Z_[j].segment<3>(6 * b + 3) = theta[j];
     return true;
 }
 
@@ -185,9 +198,16 @@ void Radau::stage_residual(int i, double t, double h) {
     evaluate_forces(system_, t, ws_);
     evaluate_constraints(system_, t, lambda_[i].data(), false, ws_);
     ++statistics_.evaluations;
-    momentum_ = (inverse(i, 0) * V_[0] + inverse(i, 1) * V_[1] + inverse(i, 2) * V_[2]) / h;
-    mass_times(system_, momentum_, momentum_);
-    stage_rhs_[i].head(n) = ws_.f - momentum_;
+    for_ranges(system_.moving, options_.threads, grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t b = begin; b < end; ++b) {
+            const Vec6 rate =
+                (1 / h) * (inverse(i, 0) * V_[0].segment<6>(6 * b) + inverse(i, 1) * V_[1].segment<6>(6 * b) +
+                           inverse(i, 2) * V_[2].segment<6>(6 * b));
+            stage_rhs_[i].segment<3>(6 * b) = ws_.f.segment<3>(6 * b) - system_.mass[b] * rate.head<3>();
+            stage_rhs_[i].segment<3>(6 * b + 3) =
+                ws_.f.segment<3>(6 * b + 3) - system_.inertia[b] * rate.tail<3>();
+        }
+    });
     put_open_rows(stage_rhs_[i].segment(n, m), stage_rhs_[i].tail(m));
 }
 
@@ -227,11 +247,14 @@ void Radau::solve_increments(double h) {
             return inverse(row, 0) * stage_rhs_[0][j] + inverse(row, 1) * stage_rhs_[1][j] +
                    inverse(row, 2) * stage_rhs_[2][j];
         };
-        for (Eigen::Index j = 0; j < size + m; ++j) {
-            const Eigen::Index at = j < size ? j : j + n; // position residuals begin the second column's rows
-            rhs_[at] = transformed(0, j);
-            complex_rhs_[at] = {transformed(1, j), transformed(2, j)};
-        }
+        for_ranges(size + m, options_.threads, 8 * grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+            for (std::ptrdiff_t j = begin; j < end; ++j) {
+                const Eigen::Index at =
+                    j < size ? j : j + n; // position residuals begin the second column's rows
+                rhs_[at] = transformed(0, j);
+                complex_rhs_[at] = {transformed(1, j), transformed(2, j)};
+            }
+        });
         for (Eigen::Index j = size; j < size + n; ++j) {
             rhs_[j] = 0;
             complex_rhs_[j] = 0;
