@@ -89,7 +89,7 @@ Outcome run_case(const HardCase& hard_case, const Way& way) {
 
 const KnownMiss* known_miss(const HardCase& hard_case, const Way& way, const std::string& what) {
     for (const KnownMiss& miss : hard_case.known)
-        if (miss.what == what && way.name().starts_with(miss.way))
+        if ((miss.what == what || miss.what.empty()) && way.name().starts_with(miss.way))
             return &miss;
     return nullptr;
 }
@@ -97,10 +97,10 @@ const KnownMiss* known_miss(const HardCase& hard_case, const Way& way, const std
 std::vector<std::string> complaints(const HardCase& hard_case, const Way& way, const Outcome& outcome) {
     std::vector<std::string> out;
     const auto judge = [&](const std::string& what, bool holds, const std::string& wrong) {
-        const bool known = known_miss(hard_case, way, what) != nullptr;
+        const KnownMiss* known = known_miss(hard_case, way, what);
         if (!holds && !known)
             out.push_back(wrong);
-        if (holds && known)
+        if (holds && known && !known->what.empty())
             out.push_back("no longer missed: " + what);
     };
     judge(early_end, outcome.stopped.empty(), outcome.stopped);

@@ -75,7 +75,7 @@ class Trial {
 
 /// A miss that is known, with the reason as measured. Where it stops being one, the test says so.
 struct KnownMiss {
-    std::string what; // of the finding; "stops": the run ends early
+    std::string what; // of the finding; "stops": the run ends early; empty: whatever the last bits bring
     std::string way;  // "gear", "gear augmented-lagrangian"; empty: all
     std::string why;
 };
