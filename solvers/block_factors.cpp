@@ -22,10 +22,10 @@ double part_of(std::complex<double> x, int plane) { return plane ? x.imag() : x.
 } // namespace
 
 template <class Scalar>
-BlockFactors<Scalar>::BlockFactors(std::shared_ptr<const BlockStructure> structure, int leading, int threads,
+BlockFactors<Scalar>::BlockFactors(std::shared_ptr<const BlockStructure> structure, int threads,
                                    bool single_precision)
-    : structure_(std::move(structure)), leading_(leading), may_be_single_(single_precision),
-      in_single_(single_precision), threads_(threads) {
+    : structure_(std::move(structure)), may_be_single_(single_precision), in_single_(single_precision),
+      threads_(threads) {
     const BlockStructure& s = *structure_;
     scale_.assign(s.unknowns, 1.0);
     if (in_single_)
@@ -318,9 +318,9 @@ template <class Scalar> double BlockFactors<Scalar>::backward_error(std::span<co
     const auto for_entries = [&](auto&& visit) {
         for (const Front& front : s.fronts)
             for (int e = front.entry_start; e < front.entry_end; ++e)
-                visit(s.order[unknown(front, s.entries[e].row)], s.order[unknown(front, s.entries[e].col)],
-                      scale_[unknown(front, s.entries[e].row)], scale_[unknown(front, s.entries[e].col)],
-                      values[s.entries[e].slot]);
+                visit(s.order[s.unknown(front, s.entries[e].row)],
+                      s.order[s.unknown(front, s.entries[e].col)], scale_[s.unknown(front, s.entries[e].row)],
+                      scale_[s.unknown(front, s.entries[e].col)], values[s.entries[e].slot]);
     };
     for_entries(
         [&](int i, int j, double, double scale, Scalar value) { right[i] += value * (scale * sign(j)); });

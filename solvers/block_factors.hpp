@@ -19,11 +19,10 @@ namespace gudgeon {
 /// change of precision.
 template <class Scalar> class BlockFactors {
   public:
-    /// leading: unknowns before the constraint rows.
     /// threads: for the subtrees; the same bits for any number. single_precision: factors are kept as such
     /// (their arithmetic stays double) while the pivots are large; solutions are then good to four to six
     /// digits, which sweeps that form residuals anew do not notice, at half the memory.
-    BlockFactors(std::shared_ptr<const BlockStructure> structure, int leading, int threads = 1,
+    BlockFactors(std::shared_ptr<const BlockStructure> structure, int threads = 1,
                  bool single_precision = false);
 
     /// What a factorisation was like. Not usable: a front without pivot, in unknown (old number) `column`.
@@ -73,13 +72,8 @@ template <class Scalar> class BlockFactors {
     template <class Stored>
     void substitute(const std::vector<Stored>& factors, std::span<Scalar> rhs, int columns);
     void reserve_columns(int columns);
-    int unknown(const Front& front, int place) const {
-        return place < front.pivots ? front.first + place
-                                    : structure_->boundary[front.boundary_start + place - front.pivots];
-    }
 
     std::shared_ptr<const BlockStructure> structure_;
-    int leading_;
     std::vector<double> scale_; // of each unknown, new numbering
     // of each front: [P^-1; -L P^-1] (height x pivots), P^-1 U (pivot height x boundary); one of both in use
     std::vector<float> single_;

@@ -1,6 +1,6 @@
 #include "solvers/block_solver.hpp"
 
-#include <cmath>
+#include <algorithm>
 #include <stdexcept>
 
 namespace gudgeon {
@@ -11,15 +11,18 @@ constexpr double small_pivot = 1e-6;       // worth a probe
 constexpr double largest_error = 1e-5;     // of a probe's residual: worse costs sweeps
 
 /// The first column with a number that is not finite, -1: none.
-template <class Scalar> int bad_column(const CscPattern& pattern, std::span<const Scalar> values) {
+template <class Scalar> int bad_column(const BlockStructure& s, std::span<const Scalar> values) {
     Scalar probe = 0; // 0 * x is 0 for finite x only
     for (const Scalar& x : values)
         probe += 0.0 * x;
-    for (int j = 0; probe != Scalar(0) && j < pattern.cols; ++j)
-        for (int p = pattern.col_start[j]; p < pattern.col_start[j + 1]; ++p)
-            if (0.0 * values[p] != Scalar(0))
-                return j;
-    return -1;
+    if (probe == Scalar(0))
+        return -1;
+    int first = s.unknowns;
+    for (const Front& front : s.fronts)
+        for (int e = front.entry_start; e < front.entry_end; ++e)
+            if (0.0 * values[s.entries[e].slot] != Scalar(0))
+                first = std::min(first, s.order[s.unknown(front, s.entries[e].col)]);
+    return first;
 }
 } // namespace
 
@@ -27,37 +30,39 @@ template <class Scalar> void BlockSolverOf<Scalar>::analyse(const CscPattern& pa
     check_pattern(pattern);
     if (pattern.rows != pattern.cols)
         throw std::invalid_argument("a square matrix is needed");
-    analyse(pattern,
-            options_.always_klu ? nullptr : std::make_shared<const BlockStructure>(block_structure(pattern)));
-}
-
-template <class Scalar>
-void BlockSolverOf<Scalar>::analyse(const CscPattern& pattern,
-                                    std::shared_ptr<const BlockStructure> structure) {
-    pattern_ = pattern;
-    factors_.reset();
+    if (!options_.always_klu)
+        return analyse(std::make_shared<const BlockStructure>(block_structure(pattern)));
+    unknowns_ = pattern.cols;
+    entries_ = pattern.nonzeros();
     klu_.reset();
-    if (options_.always_klu)
-        make_klu();
-    else
-        factors_ = std::make_unique<BlockFactors<Scalar>>(std::move(structure), pattern.leading,
-                                                          options_.threads, options_.single_precision);
+    make_klu(pattern);
     klu_in_use_ = factored_ = false;
     ++counts_.analyses;
 }
 
-template <class Scalar> void BlockSolverOf<Scalar>::make_klu() {
+template <class Scalar> void BlockSolverOf<Scalar>::analyse(std::shared_ptr<const BlockStructure> structure) {
+    unknowns_ = structure->unknowns;
+    entries_ = static_cast<int>(structure->entries.size());
+    factors_ = std::make_unique<BlockFactors<Scalar>>(std::move(structure), options_.threads,
+                                                      options_.single_precision);
+    klu_.reset();
+    klu_in_use_ = factored_ = false;
+    ++counts_.analyses;
+}
+
+template <class Scalar> void BlockSolverOf<Scalar>::make_klu(const CscPattern& pattern) {
     if (klu_)
         return;
     if constexpr (std::is_same_v<Scalar, double>)
         klu_ = std::make_unique<Klu>(KluOptions{.refinements = 0});
     else
         klu_ = std::make_unique<Klu>();
-    klu_->analyse(pattern_);
+    klu_->analyse(pattern);
 }
 
 template <class Scalar> FactorStatus BlockSolverOf<Scalar>::factor_by_klu(std::span<const Scalar> values) {
-    make_klu();
+    if (!klu_)
+        make_klu(pattern_of(factors_->structure()));
     const FactorStatus status = klu_->factor(values);
     klu_in_use_ = factored_ = status.ok();
     if (status.ok() && !options_.always_klu)
@@ -68,12 +73,12 @@ template <class Scalar> FactorStatus BlockSolverOf<Scalar>::factor_by_klu(std::s
 template <class Scalar> FactorStatus BlockSolverOf<Scalar>::factor(std::span<const Scalar> values) {
     if (!factors_ && !klu_)
         throw std::logic_error("factor before analyse");
-    if (std::ssize(values) != pattern_.nonzeros())
+    if (std::ssize(values) != entries_)
         throw std::invalid_argument("one value per pattern entry is needed");
     klu_in_use_ = factored_ = false;
     if (options_.always_klu)
         return factor_by_klu(values);
-    if (const int column = bad_column(pattern_, values); column >= 0)
+    if (const int column = bad_column(factors_->structure(), values); column >= 0)
         return {FactorStatus::Kind::non_finite, column};
     const bool single = factors_->in_single_precision();
     const auto quality = factors_->factor(values);
@@ -89,7 +94,7 @@ template <class Scalar> FactorStatus BlockSolverOf<Scalar>::factor(std::span<con
 template <class Scalar> void BlockSolverOf<Scalar>::solve(std::span<Scalar> rhs, int columns) {
     if (!factored_)
         throw std::logic_error("solve without factors");
-    if (std::ssize(rhs) != static_cast<std::ptrdiff_t>(pattern_.cols) * columns)
+    if (std::ssize(rhs) != static_cast<std::ptrdiff_t>(unknowns_) * columns)
         throw std::invalid_argument("right-hand side of another size");
     counts_.solves += columns;
     if (klu_in_use_)
@@ -116,7 +121,7 @@ std::shared_ptr<const BlockStructure> BlockSolverOf<Scalar>::shared_structure() 
 template <class Scalar> void BlockSolverOf<Scalar>::visit(Archive& archive) {
     LinearSolverCounts& c = counts_;
     archive.section("block");
-    archive.same(pattern_.nonzeros(), "a matrix of another size");
+    archive.same(entries_, "a matrix of another size");
     bool with_klu = klu_ != nullptr;
     archive(factored_, klu_in_use_, with_klu, c.analyses, c.factorisations, c.refactorisations, c.solves,
             c.klu_fallbacks);
@@ -124,7 +129,8 @@ template <class Scalar> void BlockSolverOf<Scalar>::visit(Archive& archive) {
         factors_->visit(archive);
     if (!with_klu)
         return;
-    make_klu();
+    if (!klu_)
+        make_klu(pattern_of(factors_->structure()));
     klu_->visit(archive);
 }
 

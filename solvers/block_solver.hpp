@@ -27,8 +27,8 @@ template <class Scalar> class BlockSolverOf {
     explicit BlockSolverOf(BlockOptions options = {}) : options_(options) {}
 
     void analyse(const CscPattern& pattern);
-    /// The same pattern as another solver's: the structure is shared.
-    void analyse(const CscPattern& pattern, std::shared_ptr<const BlockStructure> structure);
+    /// The pattern of another solver, whose structure is shared.
+    void analyse(std::shared_ptr<const BlockStructure> structure);
     FactorStatus factor(std::span<const Scalar> values);
     void solve(std::span<Scalar> rhs, int columns);
     const LinearSolverCounts& counts() const;
@@ -41,10 +41,10 @@ template <class Scalar> class BlockSolverOf {
     using Klu = std::conditional_t<std::is_same_v<Scalar, double>, KluSolver, ComplexKluSolver>;
 
     FactorStatus factor_by_klu(std::span<const Scalar> values);
-    void make_klu();
+    void make_klu(const CscPattern& pattern);
 
     BlockOptions options_;
-    CscPattern pattern_;
+    int unknowns_ = 0, entries_ = 0;
     std::unique_ptr<BlockFactors<Scalar>> factors_;
     std::unique_ptr<Klu> klu_; // made when first needed
     bool klu_in_use_ = false, factored_ = false;

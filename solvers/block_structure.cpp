@@ -347,6 +347,7 @@ BlockStructure complete(const CscPattern& a, const Groups& groups, const Elimina
     const Elimination e = in_postorder(groups, first, first.parent);
     BlockStructure s;
     s.unknowns = a.cols;
+    s.leading = a.leading;
     s.parent = e.parent;
     std::vector<int> number;
     number_unknowns(groups, e, s, number);
@@ -384,6 +385,21 @@ BlockStructure block_structure(const CscPattern& pattern, std::span<const int> b
         if (std::ssize(sorted) != groups.bodies || sorted[i] != i)
             throw std::invalid_argument("block elimination: the order is not a permutation of the bodies");
     return complete(pattern, groups, eliminate(groups, body_order));
+}
+
+CscPattern pattern_of(const BlockStructure& s) {
+    CscPattern out;
+    out.rows = out.cols = s.unknowns;
+    out.leading = s.leading;
+    out.col_start.assign(s.unknowns + 1, 0);
+    out.row.resize(s.entries.size());
+    for (const Front& front : s.fronts)
+        for (int e = front.entry_start; e < front.entry_end; ++e) {
+            out.row[s.entries[e].slot] = s.order[s.unknown(front, s.entries[e].row)];
+            ++out.col_start[s.order[s.unknown(front, s.entries[e].col)] + 1];
+        }
+    std::partial_sum(out.col_start.begin(), out.col_start.end(), out.col_start.begin());
+    return out;
 }
 
 } // namespace gudgeon

@@ -56,12 +56,18 @@ struct BlockStructure {
     std::vector<int> order;          // order[k]: old number of unknown k
     std::vector<int> diagonal;       // slot of a body's unknown k on the diagonal, -1: of a row
     std::vector<FrontPart> parts;    // the trunk is the last
-    int unknowns = 0;
-    int sums = 0;          // unknowns of the trunk, once for each subtree that adds to them
-    int largest = 0;       // front
-    long factors = 0;      // numbers stored, with padding (twice as many where they are complex)
-    long nonzeros = 0;     // without padding
-    double operations = 0; // multiplications of a factorisation
+    int unknowns = 0, leading = 0;   // CscPattern::leading
+    int sums = 0;                    // unknowns of the trunk, once for each subtree that adds to them
+    int largest = 0;                 // front
+    long factors = 0;                // numbers stored, with padding (twice as many where they are complex)
+    long nonzeros = 0;               // without padding
+    double operations = 0;           // multiplications of a factorisation
+
+    /// The unknown (new numbering) at a place of a front.
+    int unknown(const Front& front, int place) const {
+        return place < front.pivots ? front.first + place
+                                    : boundary[front.boundary_start + place - front.pivots];
+    }
 };
 
 /// pattern: structurally symmetric, unknowns 0 ... leading - 1 are bodies of six, the rest constraint rows
@@ -71,6 +77,9 @@ BlockStructure block_structure(const CscPattern& pattern);
 
 /// The same in a given order of the bodies.
 BlockStructure block_structure(const CscPattern& pattern, std::span<const int> body_order);
+
+/// The pattern that the structure was made of.
+CscPattern pattern_of(const BlockStructure& structure);
 
 /// Cuts the tree of fronts into subtrees of about equal work; called by block_structure().
 void cut_into_parts(BlockStructure& structure);
