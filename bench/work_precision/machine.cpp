@@ -1,0 +1,35 @@
+#include "bench/work_precision/machine.hpp"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <string>
+#include <thread>
+
+namespace gudgeon::work_precision {
+
+nlohmann::json describe_machine() {
+    std::string processor = "unknown";
+    std::ifstream info("/proc/cpuinfo");
+    for (std::string line; std::getline(info, line);)
+        if (line.rfind("model name", 0) == 0) {
+            processor = line.substr(line.find(':') + 2);
+            break;
+        }
+    double load = 0;
+    std::ifstream("/proc/loadavg") >> load;
+    const char* commit = std::getenv("GUDGEON_COMMIT");
+    return {{"processor", processor},
+            {"cores", std::thread::hardware_concurrency()},
+            {"load", load},
+            {"compiler", "GCC-compatible " __VERSION__},
+            {"build", GUDGEON_BUILD_TYPE},
+            {"version", GUDGEON_VERSION},
+            {"commit", commit ? commit : ""},
+            {"date", fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(std::time(nullptr)))}};
+}
+
+} // namespace gudgeon::work_precision
