@@ -11,6 +11,16 @@
 
 namespace gudgeon::work_precision {
 
+namespace {
+
+#if defined(__clang__)
+constexpr const char* compiler = "Clang " __clang_version__;
+#else
+constexpr const char* compiler = "GCC " __VERSION__;
+#endif
+
+} // namespace
+
 nlohmann::json describe_machine() {
     std::string processor = "unknown";
     std::ifstream info("/proc/cpuinfo");
@@ -25,7 +35,7 @@ nlohmann::json describe_machine() {
     return {{"processor", processor},
             {"cores", std::thread::hardware_concurrency()},
             {"load", load},
-            {"compiler", "GCC-compatible " __VERSION__},
+            {"compiler", compiler},
             {"build", GUDGEON_BUILD_TYPE},
             {"version", GUDGEON_VERSION},
             {"commit", commit ? commit : ""},

@@ -18,6 +18,7 @@ namespace gudgeon::work_precision {
 namespace {
 
 constexpr int compared_times = 50; // of converged references
+constexpr double fine_step = 2e-5; // s, of single differential equations: they have 15 digits then
 
 /// A table that was computed elsewhere.
 struct Independent {
@@ -73,35 +74,42 @@ Entry converged(Entry e, const Making& one, const Making& other = {"radau", 1e-1
 }
 const Making ida{"ida", 1e-12, 0};
 
-Entry pendulum() {
-    Entry e = entry("pendulum", 1, "pendulum", {}, 10, {"bob.x", "bob.z"});
-    // x = -2 s sqrt(1 - s^2), z = 2 s^2 - 1, s = k cd(sqrt(g) t, k), k = sin 45 degrees
-    e.exact = [](const std::vector<double>&) {
-        return Solution{
-            "", {{0.98629175113187532, -0.27508746257611686}, {-0.16501085312554117, -0.96141920509912506}}};
+/// Of one angle of the time; the position of a point follows from it.
+Entry with_angle(Entry e, int times,
+                 const std::function<std::vector<double>(const std::vector<double>&)>& angles,
+                 const std::function<std::array<double, 2>(double)>& point, const std::string& what) {
+    for (int k = 1; k <= times; ++k)
+        e.problem.times.push_back(e.problem.end * k / times);
+    e.exact = [angles, point](const std::vector<double>& at) {
+        Solution solution{"", {{}, {}}};
+        for (const double angle : angles(at))
+            for (int c : {0, 1})
+                solution.values[c].push_back(point(angle)[c]);
+        return solution;
     };
-    e.problem.times = {1, 10};
-    e.exact_believed = 1e-15;
-    e.problem.reference = "elliptic functions";
+    e.exact_believed = 1e-12;
+    e.problem.reference = what;
     return with_steps(e, 2e-2, 2e-2);
 }
 
+Entry pendulum() {
+    return with_angle(
+        entry("pendulum", 1, "pendulum", {}, 10, {"bob.x", "bob.z"}), 100,
+        [](const std::vector<double>& times) { return pendulum_angle(times, fine_step); },
+        [](double a) {
+            return std::array{-std::cos(a), -std::sin(a)};
+        },
+        "one ordinary differential equation of the angle, elliptic functions");
+}
+
 Entry four_bar(int loops) {
-    Entry e =
-        entry("four-bar", loops, "four-bar", {{"loops", std::to_string(loops)}}, 10, {"top0.x", "top0.z"});
-    e.exact = [loops](const std::vector<double>& times) {
-        Solution solution{"", {{}, {}}};
-        for (const double angle : four_bar_angle(loops, times, 2e-5)) {
-            solution.values[0].push_back(std::sin(angle));
-            solution.values[1].push_back(std::cos(angle));
-        }
-        return solution;
-    };
-    for (int k = 1; k <= 100; ++k)
-        e.problem.times.push_back(0.1 * k);
-    e.exact_believed = 1e-12;
-    e.problem.reference = "one ordinary differential equation of the cranks' common angle";
-    return with_steps(e, 1e-2, 1e-2);
+    return with_angle(
+        entry("four-bar", loops, "four-bar", {{"loops", std::to_string(loops)}}, 10, {"top0.x", "top0.z"}),
+        100, [loops](const std::vector<double>& times) { return four_bar_angle(loops, times, fine_step); },
+        [](double a) {
+            return std::array{std::sin(a), std::cos(a)};
+        },
+        "one ordinary differential equation of the cranks' common angle");
 }
 
 Entry chain(int links) {
@@ -332,15 +340,17 @@ std::vector<Problem> chosen_problems(const std::vector<std::string>& globs) {
     return chosen;
 }
 
-std::vector<double> four_bar_angle(int loops, const std::vector<double>& times, double step) {
-    const long double rate = 9.81L * (9 * loops + 3) / (8 * loops + 2);
+namespace {
+
+std::vector<double> angle_of(const std::function<long double(long double)>& acceleration, long double speed,
+                             const std::vector<double>& times, double step) {
     using Pair = std::array<long double, 2>; // a, a'
-    const auto slope = [rate](const Pair& y) { return Pair{y[1], rate * std::sin(y[0])}; };
+    const auto slope = [&](const Pair& y) { return Pair{y[1], acceleration(y[0])}; };
     const auto moved = [](const Pair& y, long double h, const Pair& k) {
         return Pair{y[0] + h * k[0], y[1] + h * k[1]};
     };
     std::vector<double> angles;
-    Pair y{0, 1};
+    Pair y{0, speed};
     long double t = 0;
     for (const double end : times) {
         const long steps = std::max(1L, std::lround((end - static_cast<double>(t)) / step));
@@ -355,6 +365,17 @@ std::vector<double> four_bar_angle(int loops, const std::vector<double>& times, 
         angles.push_back(static_cast<double>(y[0]));
     }
     return angles;
+}
+
+} // namespace
+
+std::vector<double> pendulum_angle(const std::vector<double>& times, double step) {
+    return angle_of([](long double a) { return 9.81L * std::cos(a); }, 0, times, step);
+}
+
+std::vector<double> four_bar_angle(int loops, const std::vector<double>& times, double step) {
+    const long double rate = 9.81L * (9 * loops + 3) / (8 * loops + 2);
+    return angle_of([rate](long double a) { return rate * std::sin(a); }, 1, times, step);
 }
 
 } // namespace gudgeon::work_precision

@@ -66,9 +66,10 @@ std::filesystem::path data_file(const Problem& problem, const Making& making,
 /// Problems whose id fits one of the globs; all where there are none.
 std::vector<Problem> chosen_problems(const std::vector<std::string>& globs);
 
-/// Angle of the cranks of the four-bar chain at these times (s, rising), rad:
-/// a'' = g (9 N + 3) / (8 N + 2) sin a, a(0) = 0, a'(0) = 1; classical Runge-Kutta steps of `step`, long
-/// double.
+/// Angles at these times (s, rising), rad, by classical Runge-Kutta steps of `step` in long double.
+/// Pendulum below the horizontal: a'' = g cos a from rest at 0. Cranks of the four-bar chain:
+/// a'' = g (9 N + 3) / (8 N + 2) sin a, a(0) = 0, a'(0) = 1.
+std::vector<double> pendulum_angle(const std::vector<double>& times, double step);
 std::vector<double> four_bar_angle(int loops, const std::vector<double>& times, double step);
 
 } // namespace gudgeon::work_precision
