@@ -5,7 +5,7 @@
 
 #include <memory>
 
-namespace gudgeon::regression {
+namespace gudgeon::kernels {
 
 namespace {
 
@@ -82,10 +82,12 @@ Kernels law_kernels() {
     Kernels list;
     for (const NormalLawInfo& info : normal_law_kinds())
         list.push_back({"normal-law/" + std::string(info.name),
-                        [kind = std::string(info.name)] { return normal_law(kind); }});
+                        [kind = std::string(info.name)](const Setup&) { return normal_law(kind); }, 0,
+                        points});
     for (const std::string kind : {"coulomb", "coulomb-smooth", "lugre", "dahl"})
-        list.push_back({"friction-law/" + kind, [kind] { return friction_law(kind); }});
+        list.push_back(
+            {"friction-law/" + kind, [kind](const Setup&) { return friction_law(kind); }, 0, points});
     return list;
 }
 
-} // namespace gudgeon::regression
+} // namespace gudgeon::kernels

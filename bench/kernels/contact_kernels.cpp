@@ -3,7 +3,7 @@
 
 #include <functional>
 
-namespace gudgeon::regression {
+namespace gudgeon::kernels {
 
 namespace {
 
@@ -19,11 +19,14 @@ std::string note(Pairs& p) {
 
 void add(Kernels& list, const std::string& name, const Joint& joint, const Vec3& offset, const Vec3& turn) {
     const auto work = [=](void (Pairs::*run)()) {
-        const auto p = std::make_shared<Pairs>(pairs_of(joint, offset, turn));
-        return counted::Work{[p, run] { (*p.*run)(); }, {}, [p] { return note(*p); }};
+        return [=](const Setup& setup) {
+            const auto p =
+                std::make_shared<Pairs>(joined_pairs(setup.bodies, joint, offset, turn), setup.threads);
+            return counted::Work{[p, run] { (*p.*run)(); }, {}, [p] { return note(*p); }};
+        };
     };
-    list.push_back({name + "/forces", [work] { return work(&Pairs::forces); }});
-    list.push_back({name + "/derivatives", [work] { return work(&Pairs::force_derivatives); }});
+    list.push_back({name + "/forces", work(&Pairs::forces), counted_bodies, 2, true});
+    list.push_back({name + "/derivatives", work(&Pairs::force_derivatives), counted_bodies, 2, true});
 }
 
 Joint bushing(bool tables) {
@@ -126,4 +129,4 @@ Kernels contact_kernels() {
     return list;
 }
 
-} // namespace gudgeon::regression
+} // namespace gudgeon::kernels
