@@ -14,10 +14,11 @@ using gudgeon::work_precision::Options;
 
 /// Seconds in all: that everything works.
 void make_quick(Options& options) {
-    options.tolerances = {1e-3, 1e-5};
+    options.tolerances = {1e-3, 1e-4};
     options.fixed_steps = 1;
-    options.repeats = 1;
-    options.budget = options.longest = 0.05;
+    options.repeats = 0;
+    options.longest = 0.05;
+    options.largest = 10;
 }
 
 } // namespace
@@ -46,7 +47,7 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     app.add_option("--longest", options.longest, "s; after a run that took longer no tighter one is made")
         ->capture_default_str();
-    app.add_flag("--quick", quick, "two tolerances, one repeat: a check that everything works");
+    app.add_flag("--quick", quick, "two tolerances, small problems: a check that everything works");
     const auto* list = app.add_subcommand("list", "the problems, one a line");
     const auto* reference = app.add_subcommand("reference", "makes the converged references anew (--data)");
     const auto* problems =
@@ -57,10 +58,10 @@ int main(int argc, char** argv) {
         if (quick)
             make_quick(options);
         if (list->parsed())
-            for (const Problem& problem : chosen_problems(options.problems))
+            for (const Problem& problem : chosen_problems(options.problems, options.largest))
                 fmt::print("{}\n", problem.id());
         else if (reference->parsed())
-            for (const Problem& problem : chosen_problems(options.problems))
+            for (const Problem& problem : chosen_problems(options.problems, options.largest))
                 make_references(problem, options.data);
         else if (problems->parsed())
             write_problems(options);

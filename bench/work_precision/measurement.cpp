@@ -73,7 +73,8 @@ void time_rows(const Problem& problem, const Options& options, std::vector<Row>&
                 if (other.measured() && other.seconds[0] < options.budget)
                     together.push_back(&other);
             }
-        measure_times(problem, together, options.repeats, options.budget);
+        if (options.repeats > 0)
+            measure_times(problem, together, options.repeats, options.budget);
     }
 }
 
@@ -184,7 +185,7 @@ class Output {
 
 void measure_all(const Options& options) {
     Output output(options.out);
-    for (Problem& problem : chosen_problems(options.problems)) {
+    for (Problem& problem : chosen_problems(options.problems, options.largest)) {
         const double begin = figures::wall_seconds();
         load_reference(problem, options.tables, options.data);
         std::vector<Row> rows;
@@ -202,7 +203,7 @@ void write_problems(const Options& options) {
     std::filesystem::create_directories(options.out);
     std::ofstream list(options.out / "problems.csv");
     list << "id,mechanism,size,base,parameters,end,channels,reference_believed\n";
-    for (Problem& problem : chosen_problems(options.problems)) {
+    for (Problem& problem : chosen_problems(options.problems, options.largest)) {
         load_reference(problem, options.tables, options.data);
         std::vector<std::string> parameters;
         for (const auto& [name, value] : problem.parameters)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The page and its interpolation: page_test.py PROGRAM FOLDER, the folder of a run of PROGRAM over all problems."""
+"""The page and its interpolation: page_test.py PROGRAM FOLDER, the folder of a quick run of PROGRAM."""
 import csv
 import json
 import math
@@ -92,7 +92,7 @@ class WholeRun(unittest.TestCase):
     """A quick run of the program."""
     @classmethod
     def setUpClass(cls):
-        cls.ids = subprocess.run([PROGRAM, "list"], capture_output=True, text=True, check=True).stdout.split()
+        cls.ids = subprocess.run([PROGRAM, "list", "--quick"], capture_output=True, text=True, check=True).stdout.split()
         with tempfile.TemporaryDirectory() as scratch:
             out = pathlib.Path(scratch) / "page.html"
             subprocess.run([sys.executable, "-B", HERE / "page.py", FOLDER, "--out", out], check=True,

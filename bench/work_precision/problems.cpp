@@ -330,12 +330,15 @@ std::filesystem::path data_file(const Problem& problem, const Making& making,
     return data / fmt::format("{}.{}.csv", problem.id(), making.integrator);
 }
 
-std::vector<Problem> chosen_problems(const std::vector<std::string>& globs) {
+std::vector<Problem> chosen_problems(const std::vector<std::string>& globs, int largest) {
+    const auto fits = [&](const Problem& problem) {
+        return globs.empty() || std::any_of(globs.begin(), globs.end(), [&](const std::string& glob) {
+                   return fnmatch(glob.c_str(), problem.id().c_str(), 0) == 0;
+               });
+    };
     std::vector<Problem> chosen;
     for (const Problem& problem : list_problems())
-        if (globs.empty() || std::any_of(globs.begin(), globs.end(), [&](const std::string& glob) {
-                return fnmatch(glob.c_str(), problem.id().c_str(), 0) == 0;
-            }))
+        if (problem.size <= largest && fits(problem))
             chosen.push_back(problem);
     return chosen;
 }

@@ -63,8 +63,8 @@ void load_reference(Problem& problem, const std::filesystem::path& tables, const
 std::filesystem::path data_file(const Problem& problem, const Making& making,
                                 const std::filesystem::path& data);
 
-/// Problems whose id fits one of the globs; all where there are none.
-std::vector<Problem> chosen_problems(const std::vector<std::string>& globs);
+/// Problems up to this size whose id fits one of the globs; where there are none, all of them.
+std::vector<Problem> chosen_problems(const std::vector<std::string>& globs, int largest);
 
 /// Angles at these times (s, rising), rad, by classical Runge-Kutta steps of `step` in long double.
 /// Pendulum below the horizontal: a'' = g cos a from rest at 0. Cranks of the four-bar chain:
