@@ -54,8 +54,8 @@ def seconds(value):
     """Three digits with a unit a person reads."""
     for limit, factor, unit in ((1e-3, 1e6, "µs"), (1, 1e3, "ms"), (math.inf, 1, "s")):
         if value < limit * 0.9995:
-            scaled = value * factor
-            return f"{scaled:.{max(0, 2 - int(math.floor(math.log10(scaled))))}f} {unit}"
+            scaled = float(f"{value * factor:.3g}")
+            return f"{scaled:.{max(0, 2 - math.floor(math.log10(scaled)))}f} {unit}"
     return ""
 
 
