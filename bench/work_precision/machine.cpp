@@ -21,6 +21,12 @@ constexpr const char* compiler = "GCC " __VERSION__;
 
 } // namespace
 
+double load_now() {
+    double load = 0;
+    std::ifstream("/proc/loadavg") >> load;
+    return load;
+}
+
 nlohmann::json describe_machine() {
     std::string processor = "unknown";
     std::ifstream info("/proc/cpuinfo");
@@ -29,12 +35,10 @@ nlohmann::json describe_machine() {
             processor = line.substr(line.find(':') + 2);
             break;
         }
-    double load = 0;
-    std::ifstream("/proc/loadavg") >> load;
     const char* commit = std::getenv("GUDGEON_COMMIT");
     return {{"processor", processor},
             {"cores", std::thread::hardware_concurrency()},
-            {"load", load},
+            {"load", load_now()},
             {"compiler", compiler},
             {"build", GUDGEON_BUILD_TYPE},
             {"version", GUDGEON_VERSION},

@@ -9,4 +9,7 @@ namespace gudgeon::work_precision {
 /// environment's GUDGEON_COMMIT tells it.
 nlohmann::json describe_machine();
 
+/// Average of the last minute; 0 where it is not known.
+double load_now();
+
 } // namespace gudgeon::work_precision

@@ -164,6 +164,7 @@ class Output {
             csv_ += fmt::format("{}\n", fmt::join(line, ","));
             json_["runs"].push_back(run);
         }
+        json_["machine"]["load_end"] = load_now();
         write("work_precision.csv", csv_);
         write("work_precision.json", json_.dump(1) + "\n");
     }

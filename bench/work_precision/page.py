@@ -164,7 +164,7 @@ def channels_of(about):
 
 def machine_lines(machine, peers):
     names = (("processor", "Processor"), ("cores", "Cores"), ("compiler", "Compiler"), ("build", "Build"),
-             ("version", "Version"), ("commit", "Commit"), ("date", "Measured"), ("load", "Load at the start"))
+             ("version", "Version"), ("commit", "Commit"), ("date", "Measured"), ("load", "Load at the start"), ("load_end", "Load at the end"))
     rows = [(label, machine[key]) for key, label in names if machine.get(key) not in (None, "")]
     rows += [("Other programs", ", ".join(peers))] if peers else []
     return "".join(f"<dt>{label}</dt><dd>{html.escape(str(value))}</dd>" for label, value in rows)
