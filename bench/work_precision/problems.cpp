@@ -115,7 +115,7 @@ Entry four_bar(int loops) {
 Entry chain(int links) {
     Entry e = with_steps(entry("chain", links, "chain", {{"links", std::to_string(links)}, {"thin", "1"}}, 1,
                                {"tip.x", "tip.z"}),
-                         1e-2, 1e-2);
+                         5e-2, 1e-2);
     if (links > 16)
         return converged(e, {"rk4", 0, 5e-5});
     return with_table(
@@ -151,11 +151,11 @@ std::vector<Entry> rigid() {
         with_table(with_steps(entry("slider-crank", 1, "slider-crank", {}, 5, {"slider.x"}), 1e-2, 1e-2),
                    {"r1_slider_crank_ideal.csv", {"x"}, 1e-12, "energy integral"}));
     list.push_back(with_table(
-        with_steps(entry("heavy-top", 1, "heavy-top", {}, 2, {"top.x", "top.y", "top.z"}), 1e-2, 1e-2),
+        with_steps(entry("heavy-top", 1, "heavy-top", {}, 2, {"top.x", "top.y", "top.z"}), 4e-2, 1e-2),
         {"r7_slow_top_b.csv", {"cx", "cy", "cz"}, 1e-15, "elliptic functions"}));
     list.push_back(converged(with_steps(entry("triple-pendulum free", 1, "triple-pendulum", {{"stops", "0"}},
                                               4, axes({"body1", "body2", "body3"})),
-                                        2e-2, 2e-2),
+                                        4e-2, 2e-2),
                              {"rk4", 0, 5e-5}));
     return list;
 }
