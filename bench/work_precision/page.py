@@ -21,6 +21,7 @@ GROUPS = (("Rigid joints", ("pendulum", "chain", "four-bar", "slider-crank", "he
                                     "hmmwv-corner perfect")))
 REST = "Clearance, stops and friction"
 OWN = "gudgeon"
+SIZES = {"chain": "link", "four-bar": "loop", "suspension-chain": "unit"}
 # what a reader of the page may weigh instead of time
 WORK = {"cpu_s": "CPU time (s)", "sweeps": "Newton sweeps", "evaluations": "evaluations of the forces",
         "lu": "factorisations", "steps": "steps"}
@@ -33,7 +34,10 @@ def group_of(mechanism):
 
 
 def title_of(mechanism, size, sized):
-    return f"{mechanism}, {size:g}" if sized else mechanism
+    if not sized:
+        return mechanism
+    unit = SIZES.get(mechanism.split()[0], "")
+    return f"{mechanism}, {size:g} {unit}{'' if size == 1 or not unit else 's'}".rstrip()
 
 
 def columns_of(runs):
