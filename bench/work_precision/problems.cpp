@@ -128,8 +128,8 @@ Entry suspension(int units, const std::string& joints) {
     for (int k = 0; k < units; ++k)
         heights.push_back(fmt::format("chassis{}.z", k));
     double end = 5;
-    if (contacts) // later both references have parted: tenfold every 0.15 s
-        end = units > 1 ? 0.25 : 1;
+    if (contacts) // later both references part: tenfold every 0.15 s
+        end = units == 1 ? 1 : units > 4 && joints == "clearance" ? 0.1 : 0.25;
     Entry e = entry(joints == "bushing" ? "suspension-chain" : "suspension-chain " + joints, units,
                     "suspension-chain", {{"units", std::to_string(units)}, {"joints", joints}}, end, heights);
     e = with_steps(e, joints == "perfect" ? 2e-2 : 1e-3, 1e-2);

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures every ready mechanism and makes the page: results/work_precision/index.html.
 
-    python3 bench/work_precision/run.py                          # all, about half an hour
+    python3 bench/work_precision/run.py                          # all, most of an hour on an idle machine
     python3 bench/work_precision/run.py --quick                  # seconds: does everything work?
     python3 bench/work_precision/run.py --peers results/peers/peers.csv -- --problems 'chain-*' --repeats 9
 
