@@ -1,4 +1,4 @@
-// gudgeon_figures: tables of error, work and time, as CSV and as text. See bench/README.md.
+// gudgeon_figures: tables of work and time, as CSV and as text. See bench/README.md.
 
 #include "bench/figures/tables.hpp"
 
@@ -35,11 +35,7 @@ void write_machine(const std::filesystem::path& folder) {
 
 /// Small sizes, to see that everything works.
 void make_quick(Options& options) {
-    options.tolerances = {1e-4, 1e-6};
-    options.problems = {"pendulum", "chain-4"};
     options.bodies = {10, 100};
-    options.units = {1, 2};
-    options.targets = {1e-4};
     options.steps = 20;
     options.repeats = 1;
 }
@@ -49,23 +45,15 @@ void make_quick(Options& options) {
 int main(int argc, char** argv) {
     Options options;
     bool quick = false;
-    CLI::App app("Tables of error, work and time");
+    CLI::App app("Tables of work and time");
     app.require_subcommand(1);
     app.fallthrough();
     app.add_option("--out", options.out, "folder for the tables")->capture_default_str();
-    app.add_option("--reference", options.reference, "folder of the reference tables")->capture_default_str();
     auto* integrators =
         app.add_option("--integrators", options.integrators, "scaling: gear alone unless given")
             ->delimiter(',')
             ->capture_default_str();
-    app.add_option("--problems", options.problems, "work-precision: only these")->delimiter(',');
-    app.add_option("--tolerances", options.tolerances, "work-precision")->delimiter(',');
     app.add_option("--bodies", options.bodies, "scaling, formulations: sizes")->delimiter(',');
-    app.add_option("--units", options.units, "suspension: sizes, those with a reference first")
-        ->delimiter(',');
-    app.add_option("--targets", options.targets, "suspension: errors, m")
-        ->delimiter(',')
-        ->capture_default_str();
     app.add_option("--formulations", options.formulations, "formulations: these")
         ->delimiter(',')
         ->capture_default_str();
@@ -81,9 +69,7 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     app.add_flag("--quick", quick, "small sizes, one repeat: a check that everything works");
     const auto* all = app.add_subcommand("all", "every table");
-    const auto* precision = app.add_subcommand("work-precision", "error against tolerance and work");
     const auto* scale = app.add_subcommand("scaling", "time per body and step from 10 to 10000 bodies");
-    const auto* chains = app.add_subcommand("suspension", "time of the suspension chains at a given error");
     const auto* both = app.add_subcommand("formulations", "KLU against CHOLMOD, 10 to 10000 bodies");
     std::string mechanism;
     int bodies = 0;
@@ -100,12 +86,8 @@ int main(int argc, char** argv) {
             options.scaling_integrators = options.formulation_integrators = options.integrators;
         std::filesystem::create_directories(options.out);
         write_machine(options.out);
-        if (all->parsed() || precision->parsed())
-            gudgeon::figures::work_precision(options);
         if (all->parsed() || scale->parsed())
             gudgeon::figures::scaling(options);
-        if (all->parsed() || chains->parsed())
-            gudgeon::figures::suspension(options);
         if (all->parsed() || both->parsed())
             gudgeon::figures::formulations(options);
     } catch (const std::exception& error) {

@@ -8,14 +8,10 @@
 namespace gudgeon::figures {
 
 struct Options {
-    std::filesystem::path out = "figures", reference = GUDGEON_REFERENCE, data = GUDGEON_BENCH_DATA;
+    std::filesystem::path out = "figures";
     std::vector<std::string> integrators{"gear", "radau", "auto", "ida", "rk4"};
     std::vector<std::string> scaling_integrators{"gear"}; // ida has eight times the factors on chains
-    std::vector<std::string> problems;                    // empty: all
-    std::vector<double> tolerances{1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10};
     std::vector<int> bodies{10, 30, 100, 300, 1000, 3000, 10000};
-    std::vector<int> units{1, 4, 16, 64};
-    std::vector<double> targets{1e-3, 1e-5, 1e-7}; // m, chassis height
     std::vector<std::string> formulations{"saddle-point", "augmented-lagrangian"};
     std::vector<std::string> formulation_integrators{"gear", "radau"};
     std::vector<std::string> formulation_mechanisms{"chain", "suspension-chain"};
@@ -26,9 +22,7 @@ struct Options {
     double budget = 20; // s of CPU time for the repeats of one line
 };
 
-void work_precision(const Options& options);
 void scaling(const Options& options);
-void suspension(const Options& options);
 void formulations(const Options& options);
 
 /// Resident memory of this process in bytes (Linux, /proc/self/status): now and at its largest.

@@ -3,12 +3,13 @@
 #include "kernels.hpp"
 
 int main(int argc, char** argv) {
-    using namespace gudgeon::regression;
-    Kernels kernels;
-    for (const auto group : {joint_kernels, contact_kernels, law_kernels, system_kernels, step_kernels})
-        for (counted::Kernel& kernel : group())
-            kernels.push_back(std::move(kernel));
+    using namespace gudgeon::kernels;
+    std::vector<counted::Kernel> counted_kernels;
+    for (const Kernel& kernel : all_kernels())
+        counted_kernels.push_back({kernel.name, [kernel] {
+                                       return kernel.prepare({kernel.bodies, 1, true});
+                                   }});
     return counted::run(
-        argc, argv, kernels,
+        argc, argv, counted_kernels,
         {{"eigen", GUDGEON_EIGEN}, {"suitesparse", GUDGEON_SUITESPARSE}, {"sundials", GUDGEON_SUNDIALS}});
 }
