@@ -194,6 +194,8 @@ int main(int argc, char** argv) {
     app.add_flag("--infinity-norm", options.infinity_norm,
                  "of the errors, instead of their root mean square");
     app.add_flag("--euler-angles", options.system.euler_angles, "instead of quaternions");
+    app.add_flag("--library-forces", options.system.library_forces,
+                 "Simbody's own bushings (of another law) and springs");
     app.add_flag("--full-loops", options.system.full_loops, "five rows for every revolute joint of a loop");
     CLI11_PARSE(app, argc, argv);
     try {

@@ -174,6 +174,23 @@ void add_springs(SimTK::GeneralForceSubsystem& forces, std::vector<SpringElement
         SimTK::Force::Custom(forces, new Springs(std::move(elements)));
 }
 
+void add_library_bushings(SimTK::GeneralForceSubsystem& forces, const std::vector<BushingElement>& elements) {
+    const auto six = [](const V(&parts)[2]) {
+        return SimTK::Vec6(parts[1][0], parts[1][1], parts[1][2], parts[0][0], parts[0][1], parts[0][2]);
+    };
+    for (const BushingElement& x : elements)
+        SimTK::Force::LinearBushing(forces, x.a.body, Transform(x.a.axes, x.a.point), x.b.body,
+                                    Transform(x.b.axes, x.b.point), six(x.stiffness), six(x.damping));
+}
+
+void add_library_springs(SimTK::GeneralForceSubsystem& forces, const std::vector<SpringElement>& elements) {
+    for (const SpringElement& x : elements) {
+        SimTK::Force::TwoPointLinearSpring(forces, x.a.body, x.a.point, x.b.body, x.b.point, x.stiffness,
+                                           x.free_length);
+        SimTK::Force::TwoPointLinearDamper(forces, x.a.body, x.a.point, x.b.body, x.b.point, x.damping);
+    }
+}
+
 void add_tyres(SimTK::GeneralForceSubsystem& forces, std::vector<TyreLoad> elements) {
     if (!elements.empty())
         SimTK::Force::Custom(forces, new Tyres(std::move(elements)));

@@ -46,6 +46,11 @@ SimTK::Vec3 rotation_vector_of(const SimTK::Rotation& turn);
 
 void add_bushings(SimTK::GeneralForceSubsystem& forces, std::vector<BushingElement> elements);
 void add_springs(SimTK::GeneralForceSubsystem& forces, std::vector<SpringElement> elements);
+/// The same by elements of Simbody: LinearBushing (x-y-z angles, no preload), TwoPointLinearSpring and
+/// -Damper.
+void add_library_bushings(SimTK::GeneralForceSubsystem& forces, const std::vector<BushingElement>& elements);
+void add_library_springs(SimTK::GeneralForceSubsystem& forces, const std::vector<SpringElement>& elements);
+
 void add_tyres(SimTK::GeneralForceSubsystem& forces, std::vector<TyreLoad> elements);
 
 } // namespace gudgeon::peers

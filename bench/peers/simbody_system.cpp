@@ -160,8 +160,13 @@ class Assembler {
                                  tyre->road.value_or(ConstantFunction{0})});
             }
         }
-        add_bushings(out_.forces, std::move(bushings));
-        add_springs(out_.forces, std::move(springs));
+        if (options_.library_forces) {
+            add_library_bushings(out_.forces, bushings);
+            add_library_springs(out_.forces, springs);
+        } else {
+            add_bushings(out_.forces, std::move(bushings));
+            add_springs(out_.forces, std::move(springs));
+        }
         add_tyres(out_.forces, std::move(tyres));
     }
 

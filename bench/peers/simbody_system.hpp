@@ -12,8 +12,9 @@
 namespace gudgeon::peers {
 
 struct SimbodyOptions {
-    bool euler_angles = false; // of free bodies and balls, instead of quaternions
-    bool full_loops = false;   // five rows for the revolute joint of a planar loop too, instead of two
+    bool euler_angles = false;   // of free bodies and balls, instead of quaternions
+    bool library_forces = false; // bushings and springs of Simbody itself; its bushings have another law
+    bool full_loops = false;     // five rows for the revolute joint of a planar loop too, instead of two
 };
 
 /// The system with its start. Built once, not copied: the subsystems refer to it.
