@@ -21,8 +21,8 @@ import tables
 import truths
 
 HERE = pathlib.Path(__file__).resolve().parent
-QUICK = {"sizes": {"chain": (4,), "four-bar": (1,), "suspension-chain": (1,)}, "tolerances": (1e-4, 1e-6),
-         "methods": 2, "targets": (1e-3, 1e-5)}
+QUICK = {"sizes": {"chain": (4,), "four-bar": (1,), "suspension-chain": (1,)}, "tolerances": (1e-4, 1e-6, 1e-8),
+         "methods": 2, "targets": (1e-3,)}
 
 
 class Setting:
@@ -142,8 +142,8 @@ class Session:
                     f"{setting.last.message.splitlines()[0] if setting.last.message else 'failed'}")
 
     def write(self):
-        lines = tables.equal_error(self.points, self.stated)
         tables.write_points(self.points, self.out / "peers.csv")
+        lines = tables.equal_error(self.points, self.stated)
         tables.write_equal_error(lines, self.out / "equal_error.csv")
         text = tables.report(lines, self.stated) if lines else "nothing measured"
         (self.out / "peers.txt").write_text(text + "\n")

@@ -3,10 +3,10 @@ import dataclasses
 import json
 import os
 import pathlib
-import resource
 import shutil
 import subprocess
 import sys
+import time
 
 import problems
 
@@ -50,13 +50,12 @@ class Program:
     def tolerances(self, mechanism, method):
         return pick(method.get("tolerances", self.entry["tolerances"]), mechanism)
 
-    def reference(self, mechanism):
-        """(method, tolerance) of its most exact run, or None."""
+    def references(self, mechanism):
+        """Method and tolerances of its most exact run, the first that gets to its end counts."""
         reference = self.entry.get("reference")
         if not reference:
-            return None
-        tolerance = pick(reference["tolerance"], mechanism)
-        return ({"method": reference["method"]}, tolerance) if tolerance else None
+            return []
+        return [({"method": reference["method"]}, tolerance) for tolerance in pick(reference["tolerances"], mechanism)]
 
     def command(self, problem, model, method, tolerance, out):
         values = self.folders | {
@@ -72,15 +71,12 @@ class Program:
         out.mkdir(parents=True)
         command = self.command(problem, model, method, tolerance, out)
         try:
-            done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=False,
-                                  env=os.environ | ONE_THREAD, errors="replace",
-                                  preexec_fn=limiter(limit) if limit else None)
+            code, message = watched(command, out / "stderr.txt", limit)
         except OSError as error:
             raise ConfigError(f"{self.name}: {command[0]}: {error.strerror}") from error
-        if done.returncode in (-24, -9):  # SIGXCPU, SIGKILL
+        if code is None:
             return Run(LIMIT, {}, {}, f"more than {limit:g} s")
-        message = done.stderr.strip()
-        if done.returncode == 2:  # the model or the command line is refused: an error of the configuration
+        if code == 2:  # the model or the command line is refused: an error of the configuration
             raise ConfigError(f"{self.name}: {' '.join(command)}\n{message}")
         try:
             report = json.loads((out / self.entry.get("report", "report.json")).read_text())
@@ -88,7 +84,7 @@ class Program:
             figures = self.figures(report)
         except (OSError, ValueError, IndexError) as error:
             return Run(FAILED, {}, {}, f"{message or 'no results'} ({error})")
-        if done.returncode != 0:
+        if code != 0:
             return Run(FAILED, figures, {}, message)
         return Run("ok", figures, at_times(problem, columns, self.name))
 
@@ -106,10 +102,23 @@ class Program:
         return found
 
 
-def limiter(seconds):
-    def limit():
-        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 2))
-    return limit
+def watched(command, log, limit):
+    """(exit status, what it printed as errors); status None: killed after `limit` seconds of CPU time. Its clock is only
+    read: a limit of the kernel would coarsen it to whole ticks of some ms."""
+    with open(log, "wb") as errors:
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors, env=os.environ | ONE_THREAD)
+    clock = (~process.pid << 3) | 2  # clock_getcpuclockid(3) of Linux
+    while True:
+        try:
+            return process.wait(timeout=0.5), log.read_text(errors="replace").strip()
+        except subprocess.TimeoutExpired:
+            if limit and time.clock_gettime(clock) > limit:
+                process.kill()
+                process.wait()
+                return None, ""
+        except BaseException:
+            process.kill()
+            raise
 
 
 def at_times(problem, columns, name):

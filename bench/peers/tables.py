@@ -2,6 +2,7 @@
 import csv
 import dataclasses
 import math
+from typing import Optional
 
 COLUMNS = ("program", "mechanism", "size", "method", "formulation", "tolerance", "status", "error", "cpu_s", "steps",
            "evaluations", "factorisations")
@@ -21,11 +22,11 @@ class Point:
     formulation: str
     tolerance: float
     status: str
-    error: float | None = None
-    cpu_s: float | None = None
-    steps: float | None = None
-    evaluations: float | None = None
-    factorisations: float | None = None
+    error: Optional[float] = None
+    cpu_s: Optional[float] = None
+    steps: Optional[float] = None
+    evaluations: Optional[float] = None
+    factorisations: Optional[float] = None
     floor: float = 0.0  # least error that may be stated
 
     @property
@@ -46,8 +47,9 @@ def write_points(points, path):
 
 
 def seconds_at(points, target):
-    """CPU time of one curve at an error, interpolated between the logarithms of neighbouring tolerances. None where no
-    run is that exact; where all are, the time of the loosest."""
+    """CPU time of one curve at an error, interpolated between the logarithms of neighbouring tolerances: from the
+    tightest run that is exact enough to the next looser one that is not. None where no run is; where every looser run
+    is exact enough too, the time of the loosest."""
     tighter = None
     for point in sorted(points, key=lambda p: p.tolerance):
         if point.cpu_s is None or point.status not in ("ok", "below-floor", "astray"):
@@ -55,14 +57,11 @@ def seconds_at(points, target):
         if target < point.floor:
             return None
         error = point.floor if point.error is None else point.error
-        if error > target:
-            if tighter is None:
-                return None
-            if tighter[0] <= 0:
-                return tighter[1]
-            share = math.log(target / tighter[0]) / math.log(error / tighter[0])
+        if error <= target:
+            tighter = error, point.cpu_s
+        elif tighter:
+            share = math.log(target / tighter[0]) / math.log(error / tighter[0]) if 0 < tighter[0] < target else 0
             return tighter[1] * (point.cpu_s / tighter[1]) ** share
-        tighter = error, point.cpu_s
     return tighter and tighter[1]
 
 
@@ -91,29 +90,30 @@ def with_stated(targets, stated, mechanism):
 
 
 def marked(lines, stated):
-    """Best method of every program, its time over that of Gudgeon's best and over the stated one."""
+    """Best method of every program, its time over that of Gudgeon's best; times over the stated ones."""
     best = {}
     for line in lines:
         if line["program"] not in best or line["cpu_s"] < best[line["program"]]["cpu_s"]:
             best[line["program"]] = line
+    own = best.get(OWN)
     for line in best.values():
         line["best"] = "best"
-        line["stated_cpu_s"] = stated_seconds(stated, line)
-        if line["stated_cpu_s"]:
-            line["over_stated"] = line["cpu_s"] / line["stated_cpu_s"]
-    own = best.get(OWN)
     for line in lines:
         if own and line is not own:
             line["over_gudgeon"] = line["cpu_s"] / own["cpu_s"]
+    for row in stated["rows"]:
+        compare_with_stated(lines, row)
     return lines
 
 
-def stated_seconds(stated, line):
-    for row in stated["rows"]:
-        if (row["program"], row["mechanism"], row["error"]) == (line["program"], line["mechanism"], line["error"]):
-            if line["size"] in row["sizes"]:
-                return row["cpu_s"][row["sizes"].index(line["size"])]
-    return None
+def compare_with_stated(lines, row):
+    """The fastest line of the row's program, of its method and formulation where the row names them."""
+    fits = [line for line in lines if line["size"] in row["sizes"] and all(
+        line[key] == row[key] for key in ("program", "mechanism", "error", "method", "formulation") if key in row)]
+    if fits:
+        line = min(fits, key=lambda x: x["cpu_s"])
+        line["stated_cpu_s"] = row["cpu_s"][row["sizes"].index(line["size"])]
+        line["over_stated"] = line["cpu_s"] / line["stated_cpu_s"]
 
 
 def reproduced(line, factor):
@@ -137,7 +137,7 @@ def figure(value):
 def report(lines, stated):
     """Readable table: the best of every program at equal error, with the check of what is stated."""
     factor = stated["factor"]
-    names = list(dict.fromkeys(line["program"] for line in lines))
+    names = sorted({line["program"] for line in lines}, key=lambda name: (name != OWN, name))
     others = [name for name in names if name != OWN]
     header = ["mechanism", "size", "error"]
     for name in names:
@@ -145,35 +145,36 @@ def report(lines, stated):
     header += [f"{name}/{OWN}" for name in others] + ["fastest stated s", "by", f"stated/{OWN}", "check"]
     rows = [header]
     for mechanism, size, error in dict.fromkeys((x["mechanism"], x["size"], x["error"]) for x in lines):
-        best = {x["program"]: x for x in lines
-                if (x["mechanism"], x["size"], x["error"]) == (mechanism, size, error) and x["best"]}
+        here = [x for x in lines if (x["mechanism"], x["size"], x["error"]) == (mechanism, size, error)]
+        best = {x["program"]: x for x in here if x["best"]}
+        checked = {x["program"]: x for x in here if x.get("over_stated")}
         row = [mechanism, str(size), f"{error:g}"]
         for name in names:
             row += [figure(best[name]["cpu_s"]), best[name]["method"]] if name in best else ["-", "-"]
-        row += [ratio_cell(best.get(name), factor) for name in others]
+        row += [ratio_cell(best.get(name), checked.get(name), factor) for name in others]
         seconds, program = fastest_stated(stated, mechanism, size, error)
         own = best.get(OWN)
         row += [figure(seconds), program or "-", figure(seconds / own["cpu_s"] if seconds and own else None)]
-        row.append("; ".join(check_cell(best[name], factor) for name in others if name in best
-                             and "over_stated" in best[name]) or "-")
+        row.append("; ".join(check_cell(line, factor) for line in checked.values()) or "-")
         rows.append(row)
     widths = [max(len(row[i]) for row in rows) for i in range(len(header))]
     return "\n".join("  ".join(c.ljust(w) for c, w in zip(row, widths)).rstrip() for row in rows)
 
 
-def ratio_cell(line, factor):
-    """No ratio to a program whose stated time is not reproduced, unless it was faster here than stated."""
-    if line is None or line["over_gudgeon"] is None:
+def ratio_cell(best, checked, factor):
+    """No ratio to a program that needs longer here than stated."""
+    if best is None or best["over_gudgeon"] is None:
         return "-"
-    if line.get("over_stated", 0) > factor:
+    if checked and checked["over_stated"] > factor:
         return "not stated"
-    return figure(line["over_gudgeon"])
+    return figure(best["over_gudgeon"])
 
 
 def check_cell(line, factor):
     ratio = line["over_stated"]
-    verdict = "reproduced" if reproduced(line, factor) else "FASTER than stated" if ratio < 1 else "NOT reproduced"
-    return f"{line['program']} {ratio:.2f} of stated: {verdict}"
+    verdict = "reproduced" if reproduced(line, factor) else "faster than stated" if ratio < 1 else "NOT reproduced"
+    kind = f" ({line['formulation']})" if line["best"] == "" else ""
+    return f"{line['program']}{kind} {ratio:.2f} of stated: {verdict}"
 
 
 def fastest_stated(stated, mechanism, size, error):

@@ -33,22 +33,20 @@ class Truths:
         return {p.name: best(p.name, known, runs, difference) for p in self.programs}
 
     def reference(self, program, problem, model):
-        """Columns of the program's tightest run, or None."""
-        wanted = program.reference(problem.mechanism)
-        if wanted is None:
-            return None
-        method, tolerance = wanted
+        """Columns of the program's tightest run that got to its end, or None."""
         key = hashlib.sha256(model.read_bytes() + repr(problem).encode()).hexdigest()[:12]
-        file = self.folder / f"{problem.name}-{program.name}-{method['method']}-{tolerance:g}-{key}.json"
-        if file.exists():
-            return json.loads(file.read_text())
-        run = program.run(problem, model, method, tolerance, self.folder / "run", self.limit)
-        if run.status != "ok":
-            self.say(f"  {problem.name}: no reference run of {program.name}: {run.status} {run.message}")
-            return None
-        self.say(f"  {problem.name}: reference run of {program.name} took {run.figures['cpu_s']:.3g} s")
-        file.write_text(json.dumps(run.columns))
-        return run.columns
+        for method, tolerance in program.references(problem.mechanism):
+            file = self.folder / f"{problem.name}-{program.name}-{method['method']}-{tolerance:g}-{key}.json"
+            if file.exists():
+                return json.loads(file.read_text())
+            run = program.run(problem, model, method, tolerance, self.folder / "run", self.limit)
+            name = f"  {problem.name}: reference run of {program.name} {method['method']} {tolerance:g}"
+            if run.status == "ok":
+                self.say(f"{name} took {run.figures['cpu_s']:.3g} s")
+                file.write_text(json.dumps(run.columns))
+                return run.columns
+            self.say(f"{name}: {run.status} {run.message}")
+        return None
 
 
 def largest_difference(problem, runs):
