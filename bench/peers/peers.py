@@ -6,10 +6,11 @@
     bench/peers/peers.py --gudgeon ... --out ... --programs my_programs.json  # any other program (README.md)
 
 --out gets peers.csv (one line per setting, the median of its runs), equal_error.csv and peers.txt. Exit status: 0;
-1 where a quick run did not reach its errors; 2 usage, configuration, or a program that refuses the model.
+1 where a quick run did not reach 1e-3 m; 2 usage, configuration, or a program that refuses the model.
 """
 import argparse
 import json
+import os
 import pathlib
 import statistics
 import subprocess
@@ -78,6 +79,7 @@ class Session:
         self.truths = truths.Truths(self.programs, references, options.reference_limit, not options.quick, say)
         self.stated = json.loads((HERE / "stated.json").read_text())
         self.points, self.blocked, self.spent = [], {}, {}
+        self.machine = [machine(), f"load {os.getloadavg()[0]:.1f} when it began"]
         for program in programs:
             if not program.present:
                 say(f"{program.name} is left out: there is no {program.executable}")
@@ -145,7 +147,8 @@ class Session:
         tables.write_points(self.points, self.out / "peers.csv")
         lines = tables.equal_error(self.points, self.stated)
         tables.write_equal_error(lines, self.out / "equal_error.csv")
-        text = tables.report(lines, self.stated) if lines else "nothing measured"
+        text = "\n".join(self.machine + [f"load {os.getloadavg()[0]:.1f} at the end", ""])
+        text += tables.report(lines, self.stated) if lines else "nothing measured"
         (self.out / "peers.txt").write_text(text + "\n")
         return lines, text
 
@@ -154,6 +157,16 @@ def unreached(session, lines):
     """Quick runs: problems where a program was measured and reached one of the errors by no method."""
     wanted = {(p.program, p.mechanism, p.size, target) for p in session.points for target in QUICK["targets"]}
     return wanted - {(x["program"], x["mechanism"], x["size"], x["error"]) for x in lines}
+
+
+def machine():
+    """Processors of this machine; figures of another one cannot be compared but as ratios."""
+    try:
+        lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return f"{names[0] if names else 'unknown processor'}, {os.cpu_count()} threads"
 
 
 def say(text):
