@@ -55,7 +55,8 @@ class Program:
         reference = self.entry.get("reference")
         if not reference:
             return []
-        return [({"method": reference["method"]}, tolerance) for tolerance in pick(reference["tolerances"], mechanism)]
+        method = {key: value for key, value in reference.items() if key != "tolerances"}
+        return [(method, tolerance) for tolerance in pick(reference["tolerances"], mechanism)]
 
     def command(self, problem, model, method, tolerance, out):
         values = self.folders | {
