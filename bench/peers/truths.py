@@ -5,7 +5,7 @@ import json
 
 import problems
 
-GOOD_ENOUGH = 1e-11  # m: a solution known so well needs no other
+GOOD_ENOUGH = 1e-9  # m: a solution known so well needs no other
 
 
 @dataclasses.dataclass
