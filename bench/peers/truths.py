@@ -2,6 +2,8 @@
 import dataclasses
 import hashlib
 import json
+import pathlib
+import tempfile
 
 import problems
 
@@ -12,7 +14,7 @@ GOOD_ENOUGH = 1e-9  # m: a solution known so well needs no other
 class Truths:
     """Tabulated or exact solution and the tightest runs of the programs, cached in a folder."""
     programs: list
-    folder: object
+    folder: pathlib.Path
     limit: float
     cross: bool = True
     say: object = print
@@ -39,7 +41,8 @@ class Truths:
             file = self.folder / f"{problem.name}-{program.name}-{method['method']}-{tolerance:g}-{key}.json"
             if file.exists():
                 return json.loads(file.read_text())
-            run = program.run(problem, model, method, tolerance, self.folder / "run", self.limit)
+            with tempfile.TemporaryDirectory() as out:  # several sessions may share the folder
+                run = program.run(problem, model, method, tolerance, pathlib.Path(out) / "run", self.limit)
             name = f"  {problem.name}: reference run of {program.name} {method['method']} {tolerance:g}"
             if run.status == "ok":
                 self.say(f"{name} took {run.figures['cpu_s']:.3g} s")
