@@ -264,6 +264,38 @@ class Simbody(unittest.TestCase):
         self.assertLess(problems.error(problem, ours, theirs), 1e-7)
         self.assertEqual(report["constraints"], 16)  # 4 corners of a ball (3) and a rod (1)
 
+    def test_bushings_springs_and_tyres_at_large_turns_as_in_gudgeon(self):
+        model = {"gudgeon": 1, "name": "mount", "bodies": [
+            {"name": "a", "mass": 2, "inertia": [0.1, 0.2, 0.25], "position": [0.1, 0.2, 0.3],
+             "orientation": [0.9, 0.1, 0.3, -0.3], "velocity": [0.5, -1, 0.3], "angular_velocity": [4, 2, -3]},
+            {"name": "b", "mass": 1, "inertia": [[0.05, 0.01, 0], [0.01, 0.06, 0.02], [0, 0.02, 0.07]],
+             "position": [0.6, 0.1, 0.2]}],
+            "joints": [{"name": "M", "kind": "rigid", "bodies": ["ground", "a"], "point": [0, 0.1, 0.2],
+                        "fidelity": "bushing", "bushing": {"stiffness": [400, 500, 600, 1, 1.5, 2],
+                                                           "damping": [1, 2, 3, 0.02, 0.03, 0.04]}},
+                       {"name": "N", "kind": "revolute", "bodies": ["a", "b"], "point": [0.3, 0.1, 0.2],
+                        "axis": [1, 2, 2], "fidelity": "bushing",
+                        "bushing": {"stiffness": [300, 300, 200, 2, 1, 0.5], "damping": [2, 2, 2, 0.02, 0.02, 0.02],
+                                    "preload": [1, -2, 3, 0.1, 0.2, -0.1]}}],
+            "forces": [{"name": "S", "kind": "spring-damper", "bodies": ["a", "b"],
+                        "points": [[0.1, 0.3, 0.3], [0.7, 0.3, 0.1]], "stiffness": 30, "damping": 0.5,
+                        "free_length": 0.4},
+                       {"name": "T", "kind": "tyre", "body": "b", "point": [0.8, 0.1, 0.1], "stiffness": 50,
+                        "damping": 1, "preload": 10, "road": {"kind": "harmonic", "amplitude": 0.1, "frequency": 1}}],
+            "markers": [{"name": "tip", "body": "b", "point": [1.1, 0.1, 0.2]}]}
+        problem = problems.Problem("mount", 1, (), 1, 0.1, (("a.x", "a.y", "a.z"), ("tip.x", "tip.y", "tip.z")))
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "model.json"
+            file.write_text(json.dumps(model))
+            ours, _ = self.run_model(problem, file, "--accuracy", "1e-10")
+            subprocess.run([GUDGEON, "run", file, "--integrator", "radau", "--rtol", "1e-11", "--end", "1", "--every",
+                            "0.1", "--channels", "a.?,tip.?,M.a?", "--quiet", "--out", f"{folder}/g"], check=True)
+            theirs = problems.read_table(pathlib.Path(folder) / "g/trajectory.csv")
+        turn = max(math.hypot(*row) for row in zip(theirs["M.ax"], theirs["M.ay"], theirs["M.az"]))
+        self.assertGreater(turn, 1)
+        self.assertLess(turn, 3)
+        self.assertLess(problems.error(problem, ours, theirs), 1e-8)
+
     def test_what_it_does_not_know_is_refused(self):
         cases = {"bouncing-journal": "/joints/0: joint .*fidelity is not known", "stick-slip": "/joints/0: joint .*",
                  "slider-crank": "this kind is not known", "heavy-top": None}
