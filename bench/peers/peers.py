@@ -140,8 +140,8 @@ class Session:
                 self.spent[setting.key, setting.tolerance] = problem.size, point.cpu_s
             self.points.append(point)
             if setting.status == runners.FAILED:
-                say(f"  {setting.program.name} {setting.method['method']} {setting.tolerance:g}: "
-                    f"{setting.last.message.splitlines()[0] if setting.last.message else 'failed'}")
+                message = " ".join(setting.last.message.split()) or "failed"
+                say(f"  {setting.program.name} {setting.method['method']} {setting.tolerance:g}: {message[:300]}")
 
     def write(self):
         tables.write_points(self.points, self.out / "peers.csv")
