@@ -40,7 +40,6 @@ void make_quick(Options& options) {
     options.bodies = {10, 100};
     options.units = {1, 2};
     options.targets = {1e-4};
-    options.steps = 20;
     options.repeats = 1;
 }
 
@@ -55,12 +54,10 @@ int main(int argc, char** argv) {
     app.add_option("--out", options.out, "folder for the tables")->capture_default_str();
     app.add_option("--reference", options.reference, "folder of the reference tables")->capture_default_str();
     auto* integrators =
-        app.add_option("--integrators", options.integrators, "scaling: gear alone unless given")
-            ->delimiter(',')
-            ->capture_default_str();
+        app.add_option("--integrators", options.integrators)->delimiter(',')->capture_default_str();
     app.add_option("--problems", options.problems, "work-precision: only these")->delimiter(',');
     app.add_option("--tolerances", options.tolerances, "work-precision")->delimiter(',');
-    app.add_option("--bodies", options.bodies, "scaling, formulations: sizes")->delimiter(',');
+    app.add_option("--bodies", options.bodies, "formulations: sizes")->delimiter(',');
     app.add_option("--units", options.units, "suspension: sizes, those with a reference first")
         ->delimiter(',');
     app.add_option("--targets", options.targets, "suspension: errors, m")
@@ -74,36 +71,25 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     app.add_option("--span", options.formulation_end, "formulations: length of a run, s")
         ->capture_default_str();
-    app.add_option("--rtol", options.scaling_rtol, "scaling, formulations: tolerance")->capture_default_str();
-    app.add_option("--steps", options.steps, "scaling: steps counted")->capture_default_str();
+    app.add_option("--rtol", options.formulation_rtol, "formulations: tolerance")->capture_default_str();
     app.add_option("--repeats", options.repeats, "of a timed run")->capture_default_str();
     app.add_option("--budget", options.budget, "s of CPU time for the repeats of a line")
         ->capture_default_str();
     app.add_flag("--quick", quick, "small sizes, one repeat: a check that everything works");
     const auto* all = app.add_subcommand("all", "every table");
     const auto* precision = app.add_subcommand("work-precision", "error against tolerance and work");
-    const auto* scale = app.add_subcommand("scaling", "time per body and step from 10 to 10000 bodies");
     const auto* chains = app.add_subcommand("suspension", "time of the suspension chains at a given error");
     const auto* both = app.add_subcommand("formulations", "KLU against CHOLMOD, 10 to 10000 bodies");
-    std::string mechanism;
-    int bodies = 0;
-    auto* memory = app.add_subcommand("memory", "bytes a mechanism needs: at rest, at most")->group("");
-    memory->add_option("mechanism", mechanism)->required();
-    memory->add_option("bodies", bodies)->required();
     CLI11_PARSE(app, argc, argv);
     try {
-        if (memory->parsed())
-            return gudgeon::figures::print_memory(mechanism, bodies);
         if (quick)
             make_quick(options);
         if (integrators->count() > 0)
-            options.scaling_integrators = options.formulation_integrators = options.integrators;
+            options.formulation_integrators = options.integrators;
         std::filesystem::create_directories(options.out);
         write_machine(options.out);
         if (all->parsed() || precision->parsed())
             gudgeon::figures::work_precision(options);
-        if (all->parsed() || scale->parsed())
-            gudgeon::figures::scaling(options);
         if (all->parsed() || chains->parsed())
             gudgeon::figures::suspension(options);
         if (all->parsed() || both->parsed())
