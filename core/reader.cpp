@@ -164,6 +164,7 @@ Model parse_model(std::string_view text, std::string source, const std::map<std:
     root.at("bodies");
     model.bodies = read_list(root, "bodies", read_body);
     model.joints = read_list(root, "joints", read_joint);
+    share_equal_parts(model);
     model.forces = read_list(root, "forces", read_force);
     model.markers = read_list(root, "markers", read_marker);
     if (root.has("end"))
