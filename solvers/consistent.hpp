@@ -52,7 +52,7 @@ class ConsistentSolver {
     double worst_velocity() const { return worst_velocity_; }
 
   private:
-    void build_pattern();
+    CscPattern build_pattern();
     bool factor(const Workspace& ws, int held_shift, double beta);
     FactorStatus factor_once(const Workspace& ws, int held_shift, double beta, double smallest_pivot);
     void place_softness();
@@ -65,8 +65,7 @@ class ConsistentSolver {
 
     const System& system_;
     NormalSolver normal_;
-    CscPattern pattern_;     // B = G W^{1/2}: rows of G by columns of u
-    std::vector<int> slot_;  // twelve per row: slot in pattern_, -1: none
+    std::vector<int> slot_;  // twelve per row: entry of B = G W^{1/2}, rows of G by columns of u; -1: none
     std::vector<Mat3> root_; // inverse inertia = root root^T
     std::vector<double> values_;
     std::vector<unsigned> hold_;
