@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 namespace gudgeon {
 
@@ -190,7 +191,7 @@ std::string read_model_text(const std::filesystem::path& file) {
         text << stream.rdbuf();
     if (stream.bad() || text.bad())
         throw FileError(fmt::format("{}: cannot be read", name));
-    return text.str();
+    return std::move(text).str();
 }
 
 Model read_model(const std::filesystem::path& file, const std::map<std::string, double>& overrides) {

@@ -81,21 +81,44 @@ bool repeats(const CscPattern& b, int column) {
     return std::equal(at(column - 1), at(column), at(column), at(column + 1));
 }
 
-/// Pattern of both triangles of the m x m matrix, columns given as unsorted lists with repetitions.
-CscPattern compress(std::vector<std::vector<int>> columns) {
+/// Columns in which each row has an entry; of columns with the same rows the first alone.
+CscPattern by_rows(const CscPattern& b) {
     CscPattern out;
-    out.rows = out.cols = static_cast<int>(columns.size());
-    std::size_t entries = 0;
-    for (std::vector<int>& c : columns) {
-        std::sort(c.begin(), c.end());
-        c.erase(std::unique(c.begin(), c.end()), c.end());
-        entries += c.size();
-    }
-    out.row.reserve(entries);
-    out.col_start.reserve(columns.size() + 1);
+    out.cols = b.rows;
+    out.rows = b.cols;
+    std::vector<int> taken;
+    for (int j = 0; j < b.cols; ++j)
+        if (!repeats(b, j))
+            taken.push_back(j);
+    out.col_start.assign(b.rows + 1, 0);
+    for (const int j : taken)
+        for (int p = b.col_start[j]; p < b.col_start[j + 1]; ++p)
+            ++out.col_start[b.row[p] + 1];
+    for (int i = 0; i < b.rows; ++i)
+        out.col_start[i + 1] += out.col_start[i];
+    out.row.resize(out.col_start.back());
+    std::vector<int> next(out.col_start.begin(), out.col_start.end() - 1);
+    for (const int j : taken)
+        for (int p = b.col_start[j]; p < b.col_start[j + 1]; ++p)
+            out.row[next[b.row[p]]++] = j;
+    return out;
+}
+
+/// Pattern of B B^T, both triangles.
+CscPattern products(const CscPattern& b) {
+    const CscPattern columns = by_rows(b);
+    CscPattern out;
+    out.rows = out.cols = b.rows;
+    out.col_start.reserve(std::size_t(b.rows) + 1);
     out.col_start.push_back(0);
-    for (const std::vector<int>& c : columns) {
-        out.row.insert(out.row.end(), c.begin(), c.end());
+    std::vector<int> seen(b.rows, -1);
+    for (int i = 0; i < b.rows; ++i) {
+        const auto begin = static_cast<std::ptrdiff_t>(out.row.size());
+        for (int c = columns.col_start[i]; c < columns.col_start[i + 1]; ++c)
+            for (int p = b.col_start[columns.row[c]]; p < b.col_start[columns.row[c] + 1]; ++p)
+                if (std::exchange(seen[b.row[p]], i) != i)
+                    out.row.push_back(b.row[p]);
+        std::sort(out.row.begin() + begin, out.row.end());
         out.col_start.push_back(static_cast<int>(out.row.size()));
     }
     return out;
@@ -103,27 +126,27 @@ CscPattern compress(std::vector<std::vector<int>> columns) {
 
 void NormalSolver::Impl::order_rows() {
     const int m = b.rows;
-    std::vector<std::vector<int>> full(m);
-    for (int j = 0; j < b.cols; ++j)
-        if (!repeats(b, j))
-            visit_products(b, j, [&](int p, int q) {
-                full[b.row[p]].push_back(b.row[q]);
-                full[b.row[q]].push_back(b.row[p]);
-            });
-    perm = minimum_degree_ordering(compress(std::move(full)));
+    const CscPattern full = products(b);
+    perm = minimum_degree_ordering(full);
     inverse.resize(m);
     for (int k = 0; k < m; ++k)
         inverse[perm[k]] = k;
-    std::vector<std::vector<int>> upper(m);
-    for (int k = 0; k < m; ++k)
-        upper[k].push_back(k);
-    for (int j = 0; j < b.cols; ++j)
-        if (!repeats(b, j))
-            visit_products(b, j, [&](int p, int q) {
-                const int i = inverse[b.row[p]], k = inverse[b.row[q]];
-                upper[std::max(i, k)].push_back(std::min(i, k));
-            });
-    normal = compress(std::move(upper));
+    normal = {};
+    normal.rows = normal.cols = m;
+    normal.col_start.reserve(std::size_t(m) + 1);
+    normal.col_start.push_back(0);
+    normal.row.reserve((full.row.size() + std::size_t(m)) / 2 +
+                       std::size_t(m)); // rows of zeros have a pivot too
+    for (int k = 0; k < m; ++k) {
+        const auto begin = static_cast<std::ptrdiff_t>(normal.row.size());
+        for (int p = full.col_start[perm[k]]; p < full.col_start[perm[k] + 1]; ++p)
+            if (inverse[full.row[p]] < k)
+                normal.row.push_back(inverse[full.row[p]]);
+        std::sort(normal.row.begin() + begin, normal.row.end());
+        normal.row.push_back(k);
+        normal.col_start.push_back(static_cast<int>(normal.row.size()));
+    }
+    normal.row.shrink_to_fit();
 }
 
 void NormalSolver::Impl::find_slots() {

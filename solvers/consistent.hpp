@@ -46,6 +46,7 @@ class ConsistentSolver {
     const VecX& unmet() const { return unmet_; }
 
     /// Longest change of one coordinate in an iteration of project_positions.
+    static constexpr double unlimited = 1e300;
     void limit_move(double longest) { largest_move_ = longest; }
 
     double worst_position() const { return worst_position_; }
@@ -70,7 +71,7 @@ class ConsistentSolver {
     std::vector<double> values_;
     std::vector<unsigned> hold_;
     double beta_ = 0, worst_position_ = 0, worst_velocity_ = 0;
-    double largest_move_ = 1e300;
+    double largest_move_ = unlimited;
     VecX nu_, step_, gamma_, scale_, unmet_;
     std::vector<int> soft_slot_;          // of the square roots of E
     std::vector<double> soft_weight_, E_; // measure of the multipliers; E = softness times it, one per row
