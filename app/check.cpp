@@ -111,8 +111,8 @@ bool print_redundancy(const System& system, const State& state, const Console& c
 } // namespace
 
 int check(const ModelArguments& arguments, const Console& console) {
-    const LoadedModel loaded = load_model(arguments);
-    const System system = compile(loaded.model, standard_force_builders());
+    LoadedModel loaded = load_model(arguments);
+    const System system = compile(take_model(loaded), standard_force_builders());
     print_sizes(system, loaded, console);
     State state = initial_state(system);
     const AssemblyReport assembly = assemble_start(system, state);

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <utility>
 
 namespace gudgeon {
 
@@ -43,6 +44,14 @@ LoadedModel load_file(const ModelArguments& arguments) {
 }
 
 } // namespace
+
+Model take_model(LoadedModel& loaded) {
+    Model out = std::move(loaded.model);
+    loaded.model = {};
+    loaded.model.name = out.name;
+    loaded.model.source = out.source;
+    return out;
+}
 
 LoadedModel load_again(const ModelArguments& arguments, const std::string& text) {
     return text.empty() ? load_mechanism(arguments) : load_text(arguments, text);

@@ -24,4 +24,7 @@ LoadedModel load_again(const ModelArguments& arguments, const std::string& text)
 /// Ready mechanisms only.
 LoadedModel load_mechanism(const ModelArguments& arguments);
 
+/// The model out of what was loaded; name and source stay there too.
+Model take_model(LoadedModel& loaded);
+
 } // namespace gudgeon

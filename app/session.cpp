@@ -69,7 +69,7 @@ Archive read_checkpoint(const fs::path& file) {
 
 Session::Session(const RunArguments& given, LoadedModel model)
     : arguments(given), loaded(std::move(model)), grid(output_grid(given, loaded.model)),
-      options(simulation_options()), sim(loaded.model, options),
+      options(simulation_options()), sim(take_model(loaded), options),
       channels(choose_channels(sim.system(), given.channels)) {
     record.columns = channels.names().size();
     record.setup_phases = sim.statistics().seconds;

@@ -36,7 +36,7 @@ class Session {
     void save_when_due();
 
     const RunArguments arguments;
-    const LoadedModel loaded;
+    LoadedModel loaded; // its model became the simulation's: name and source stay
     const OutputGrid grid;
     std::optional<ResultFiles> files; // before sim, whose start already tells of contacts
     const SimulationOptions options;

@@ -36,7 +36,6 @@ void write_machine(const std::filesystem::path& folder) {
 /// Small sizes, to see that everything works.
 void make_quick(Options& options) {
     options.bodies = {10, 100};
-    options.steps = 20;
     options.repeats = 1;
 }
 
@@ -49,11 +48,8 @@ int main(int argc, char** argv) {
     app.require_subcommand(1);
     app.fallthrough();
     app.add_option("--out", options.out, "folder for the tables")->capture_default_str();
-    auto* integrators =
-        app.add_option("--integrators", options.integrators, "scaling: gear alone unless given")
-            ->delimiter(',')
-            ->capture_default_str();
-    app.add_option("--bodies", options.bodies, "scaling, formulations: sizes")->delimiter(',');
+    app.add_option("--integrators", options.formulation_integrators)->delimiter(',')->capture_default_str();
+    app.add_option("--bodies", options.bodies, "formulations: sizes")->delimiter(',');
     app.add_option("--formulations", options.formulations, "formulations: these")
         ->delimiter(',')
         ->capture_default_str();
@@ -62,32 +58,19 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     app.add_option("--span", options.formulation_end, "formulations: length of a run, s")
         ->capture_default_str();
-    app.add_option("--rtol", options.scaling_rtol, "scaling, formulations: tolerance")->capture_default_str();
-    app.add_option("--steps", options.steps, "scaling: steps counted")->capture_default_str();
+    app.add_option("--rtol", options.formulation_rtol, "formulations: tolerance")->capture_default_str();
     app.add_option("--repeats", options.repeats, "of a timed run")->capture_default_str();
     app.add_option("--budget", options.budget, "s of CPU time for the repeats of a line")
         ->capture_default_str();
     app.add_flag("--quick", quick, "small sizes, one repeat: a check that everything works");
     const auto* all = app.add_subcommand("all", "every table");
-    const auto* scale = app.add_subcommand("scaling", "time per body and step from 10 to 10000 bodies");
-    const auto* both = app.add_subcommand("formulations", "KLU against CHOLMOD, 10 to 10000 bodies");
-    std::string mechanism;
-    int bodies = 0;
-    auto* memory = app.add_subcommand("memory", "bytes a mechanism needs: at rest, at most")->group("");
-    memory->add_option("mechanism", mechanism)->required();
-    memory->add_option("bodies", bodies)->required();
+    const auto* both = app.add_subcommand("formulations", "blocks, KLU and CHOLMOD, 10 to 10000 bodies");
     CLI11_PARSE(app, argc, argv);
     try {
-        if (memory->parsed())
-            return gudgeon::figures::print_memory(mechanism, bodies);
         if (quick)
             make_quick(options);
-        if (integrators->count() > 0)
-            options.scaling_integrators = options.formulation_integrators = options.integrators;
         std::filesystem::create_directories(options.out);
         write_machine(options.out);
-        if (all->parsed() || scale->parsed())
-            gudgeon::figures::scaling(options);
         if (all->parsed() || both->parsed())
             gudgeon::figures::formulations(options);
     } catch (const std::exception& error) {

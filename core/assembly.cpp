@@ -1,20 +1,18 @@
 #include "core/assembly.hpp"
 
+#include "core/parallel.hpp"
+
+#include <algorithm>
+
 namespace gudgeon {
 
 namespace {
 
-constexpr int parallel_bodies = 256; // below, one thread is quicker
+constexpr int parallel_bodies = 256;
 
 template <class F> void for_bodies(const System& system, int threads, F&& f) {
-    if (threads == 1 || system.moving < parallel_bodies) {
-        for (int i = 0; i < system.moving; ++i)
-            f(i);
-    } else {
-#pragma omp parallel for schedule(static) num_threads(threads)
-        for (int i = 0; i < system.moving; ++i)
-            f(i);
-    }
+    parallel_for(threads, 0, system.moving, parallel_bodies,
+                 [&](std::ptrdiff_t i) { f(static_cast<int>(i)); });
 }
 
 // Load from outside, turned into the body frame.
@@ -61,9 +59,6 @@ Workspace make_workspace(const System& system, int threads) {
     ws.phi = VecX::Zero(system.row_count());
     ws.rate = VecX::Zero(system.row_count());
     ws.rows.assign(12 * system.rows.size(), 0.0);
-    ws.rate_rows.assign(12 * system.rows.size(), 0.0);
-    ws.lin.C.assign(9 * system.layout.block_row.size(), 0.0);
-    ws.lin.S.assign(9 * system.layout.block_row.size(), 0.0);
     ws.lin.pairs = system.layout.pairs;
     const State start = initial_state(system);
     ws.angles = start.angles;
@@ -129,9 +124,23 @@ void evaluate_constraints(const System& system, double t, const double* lambda, 
         batch->evaluate(e, sink);
 }
 
+namespace {
+// In chunks, so that threads take their parts.
+void clear_blocks(const System& system, int threads, Linearisation& lin) {
+    constexpr std::ptrdiff_t chunk = 4096;
+    const auto size = static_cast<std::ptrdiff_t>(9 * system.layout.block_row.size());
+    lin.C.resize(size);
+    lin.S.resize(size);
+    parallel_for(threads, 0, (size + chunk - 1) / chunk, 4, [&](std::ptrdiff_t i) {
+        const std::ptrdiff_t end = std::min((i + 1) * chunk, size);
+        std::fill(lin.C.begin() + i * chunk, lin.C.begin() + end, 0.0);
+        std::fill(lin.S.begin() + i * chunk, lin.S.begin() + end, 0.0);
+    });
+}
+} // namespace
+
 void linearise(const System& system, double t, const double* lambda, Workspace& ws) {
-    std::fill(ws.lin.C.begin(), ws.lin.C.end(), 0.0);
-    std::fill(ws.lin.S.begin(), ws.lin.S.end(), 0.0);
+    clear_blocks(system, ws.threads, ws.lin);
     ws.lin.states.clear();
     ws.lin.reactions.clear();
     Evaluation e = evaluation(system, ws, t);
@@ -200,6 +209,7 @@ void rate_rows_times(const System& system, const Workspace& ws, const VecX& x, V
 }
 
 void evaluate_rate_rows(const System& system, double t, Workspace& ws) {
+    ws.rate_rows.resize(12 * system.rows.size());
     const Evaluation e = evaluation(system, ws, t);
     for (const auto& batch : system.constraints)
         batch->rate_gradient(e, ws.rate_rows.data());

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "core/contact.hpp"
+#include "core/parallel.hpp"
 #include "core/relative_motion.hpp"
 
 #include <algorithm>
@@ -217,21 +218,13 @@ template <class Element> class ColouredElements {
 
     /// f(element) for all, colour by colour; parallel inside a colour.
     template <class F> void for_each(int threads, F&& f) const {
-        for (std::size_t c = 0; c + 1 < start_.size(); ++c) {
-            const int begin = start_[c], end = start_[c + 1];
-            if (threads == 1 || end - begin < parallel_threshold) {
-                for (int i = begin; i < end; ++i)
-                    f(items_[i]);
-            } else {
-#pragma omp parallel for schedule(static) num_threads(threads)
-                for (int i = begin; i < end; ++i)
-                    f(items_[i]);
-            }
-        }
+        for (std::size_t c = 0; c + 1 < start_.size(); ++c)
+            parallel_for(threads, start_[c], start_[c + 1], parallel_threshold,
+                         [&](std::ptrdiff_t i) { f(items_[i]); });
     }
 
   private:
-    static constexpr int parallel_threshold = 128; // below, starting threads costs more than it brings
+    static constexpr int parallel_threshold = 128;
     std::vector<Element> items_;
     std::vector<int> start_;
 };

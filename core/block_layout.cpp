@@ -45,6 +45,12 @@ int BlockLayoutBuilder::pair(int a, int b, CouplingMask mask) {
     return static_cast<int>(layout_.pairs.size()) - 1;
 }
 
-BlockLayout BlockLayoutBuilder::finish() && { return std::move(layout_); }
+BlockLayout BlockLayoutBuilder::finish() && {
+    for (std::vector<int>* numbers : {&layout_.block_row, &layout_.block_col})
+        numbers->shrink_to_fit();
+    layout_.active.shrink_to_fit();
+    layout_.pairs.shrink_to_fit();
+    return std::move(layout_);
+}
 
 } // namespace gudgeon

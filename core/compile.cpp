@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <type_traits>
 #include <utility>
 
 namespace gudgeon {
@@ -131,6 +132,16 @@ void move_to_start(System& s) {
     }
 }
 
+// Lists that grew one by one have up to twice the room they need.
+void give_room_back(System& s) {
+    const auto fit = [](auto&... lists) { (lists.shrink_to_fit(), ...); };
+    fit(s.model.bodies, s.model.joints, s.model.forces, s.model.markers);
+    fit(s.body_names, s.start, s.mass, s.inertia, s.inverse_inertia, s.hold);
+    fit(s.joints, s.rows, s.angles, s.markers, s.contacts, s.contact_joints, s.state_scales);
+    for (JointRecord& joint : s.joints)
+        fit(joint.coordinates);
+}
+
 // Numbers of contact channels, friction states and scratch of the force batches.
 void add_contacts(System& s) {
     for (std::size_t i = 0; i < s.forces.size(); ++i) {
@@ -151,6 +162,22 @@ void add_contacts(System& s) {
 
 } // namespace
 
+void share_equal_parts(Model& model) {
+    constexpr std::size_t remembered = 8; // different ones; a model has few kinds of rubber
+    const auto share = [&](auto Joint::*part) {
+        std::array<std::remove_reference_t<decltype(std::declval<Joint>().*part)>, remembered> known;
+        std::size_t next = 0;
+        for (Joint& joint : model.joints) {
+            if (!(joint.*part) ||
+                std::ranges::any_of(known, [&](const auto& k) { return (joint.*part).share_if_equal(k); }))
+                continue;
+            known[next++ % remembered] = joint.*part;
+        }
+    };
+    share(&Joint::bushing);
+    share(&Joint::clearance);
+}
+
 int System::body_index(std::string_view name) const {
     return index_of(body_names, name, [](const std::string& n) -> const std::string& { return n; });
 }
@@ -168,6 +195,7 @@ System compile(Model model, const std::vector<ForceBatchBuilder>& builders) {
     validate(model);
     System s;
     s.model = std::move(model);
+    share_equal_parts(s.model);
     s.gravity = s.model.gravity;
     add_bodies(s);
     std::unordered_map<std::string_view, int> bodies, joints;
@@ -207,6 +235,7 @@ System compile(Model model, const std::vector<ForceBatchBuilder>& builders) {
     s.layout = std::move(layout).finish();
     add_contacts(s);
     move_to_start(s);
+    give_room_back(s);
     return s;
 }
 

@@ -20,6 +20,7 @@ struct Table {
     std::vector<double> x;
     std::vector<double> y;
     bool empty() const { return x.empty(); }
+    bool operator==(const Table&) const = default;
 };
 
 /// What keeps a table from being a curve. where: JSON pointer inside the table ("/x/2").

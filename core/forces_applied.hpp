@@ -18,7 +18,7 @@ struct AppliedElement : ForceElement { // a: the ground, b: the body
     Vec3 point = Vec3::Zero();         // m, body frame
     Vec3 force = Vec3::Zero();         // N, at the point
     Vec3 torque = Vec3::Zero();        // N m
-    std::optional<TimeFunction> time;  // absent: constant 1
+    SharedPart<TimeFunction> time;     // absent: constant 1
 };
 
 template <bool follows> struct AppliedForceKernel {

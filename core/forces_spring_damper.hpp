@@ -24,7 +24,7 @@ struct SpringDamperKernel {
     /// What few springs have, kept out of the element.
     struct Extra {
         Spline table; // tension against elongation; empty: linear
-        std::optional<TimeFunction> actuator;
+        SharedPart<TimeFunction> actuator;
     };
     struct Element : ForceElement {
         Vec3 sa = Vec3::Zero(), sb = Vec3::Zero(); // m, body frames

@@ -20,7 +20,7 @@ struct TyreElement : ForceElement { // a: the ground, b: the body
     Vec3 point = Vec3::Zero();      // m, body frame
     double stiffness = 0, damping = 0, preload = 0;
     double reference = 0; // m
-    std::optional<TimeFunction> road;
+    SharedPart<TimeFunction> road;
     std::shared_ptr<const Spline> profile;
 };
 

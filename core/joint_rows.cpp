@@ -3,6 +3,7 @@
 #include "core/joint_kinds.hpp"
 #include "core/joint_motions.hpp"
 
+#include <algorithm>
 #include <array>
 
 namespace gudgeon {
@@ -149,11 +150,19 @@ void add_mixed_rows(RowBuilder& rows, const Joint& joint) {
         rows.alignment(0, 1, "rotation about the axis");
 }
 
+// The name in static storage: joints are many, names few.
+std::string_view coordinate_word(std::string_view name) {
+    static constexpr std::array<std::string_view, 13> words{
+        "dx", "dy", "dz", "ax", "ay", "az", "slide", "u", "v", "angle", "angle1", "angle2", "swing"};
+    return *std::ranges::find(words, name);
+}
+
 } // namespace
 
 void add_joint_coordinates(const Joint& joint, JointRecord& record, System& system) {
     using Kind = JointCoordinate::Kind;
     for (const std::string& name : joint_coordinates(joint)) {
+        const std::string_view word = coordinate_word(name);
         if (name.starts_with("angle")) {
             const auto drive = joint.drives.find(name);
             const auto turned = joint.start_angles.find(name);
@@ -161,14 +170,14 @@ void add_joint_coordinates(const Joint& joint, JointRecord& record, System& syst
                                  : turned != joint.start_angles.end() ? turned->second
                                                                       : 0;
             system.angles.push_back({record.a.body, record.b.body, angle_frames(record, name), start});
-            record.coordinates.push_back({Kind::angle, name, static_cast<int>(system.angles.size()) - 1});
+            record.coordinates.push_back({Kind::angle, static_cast<int>(system.angles.size()) - 1, word});
         } else if (name == "slide" || name == "u" || name == "v") {
-            record.coordinates.push_back({Kind::displacement, name, name == "u" ? 0 : name == "v" ? 1 : 2});
+            record.coordinates.push_back({Kind::displacement, name == "u" ? 0 : name == "v" ? 1 : 2, word});
         } else if (name == "swing") {
-            record.coordinates.push_back({Kind::swing, name});
+            record.coordinates.push_back({Kind::swing, 0, word});
         } else {
             record.coordinates.push_back(
-                {name[0] == 'd' ? Kind::point : Kind::rotation, name, name[1] - 'x'});
+                {name[0] == 'd' ? Kind::point : Kind::rotation, name[1] - 'x', word});
         }
     }
 }
@@ -224,7 +233,7 @@ void add_joint_rows(const Joint& joint, int joint_index, System& system, Constra
     }
     }
     for (const JointCoordinate& c : record.coordinates)
-        if (const auto drive = joint.drives.find(c.name); drive != joint.drives.end())
+        if (const auto drive = joint.drives.find(std::string(c.name)); drive != joint.drives.end())
             add_drive(rows, c, drive->second);
 }
 

@@ -63,7 +63,7 @@ class Builder final : public nlohmann::json_sax<Json> {
     bool key(string_t& name) override {
         Level& level = levels_.back();
         level.key = name;
-        if (!level.keys.insert(name).second)
+        if (is_repeated(level, name))
             throw ModelError(source_, pointer(), fmt::format("the key '{}' is repeated", clipped(name)),
                              "each key once");
         return true;
@@ -85,9 +85,21 @@ class Builder final : public nlohmann::json_sax<Json> {
     struct Level {
         Json value;
         std::string key;
-        std::unordered_set<std::string> keys;
+        std::unordered_set<std::string> keys; // of an object with many
     };
     static constexpr std::size_t deepest = 64;
+
+    /// A search through few keys is quicker than a table of them.
+    static bool is_repeated(Level& level, const std::string& name) {
+        constexpr std::size_t few = 16;
+        const auto& members = level.value.get_ref<const Json::object_t&>();
+        if (members.size() < few)
+            return std::ranges::any_of(members, [&](const auto& member) { return member.first == name; });
+        if (level.keys.empty())
+            for (const auto& [key, value] : members)
+                level.keys.insert(key);
+        return !level.keys.insert(name).second;
+    }
 
     bool put(Json value) {
         if (levels_.empty())

@@ -5,6 +5,7 @@
 // Euler parameters body -> global. Velocities: global; angular velocities: body frame.
 #pragma once
 
+#include "core/shared_part.hpp"
 #include "core/time_function.hpp"
 #include "core/types.hpp"
 
@@ -67,12 +68,14 @@ struct Bushing {
     std::array<double, 6> preload{};   // N, N m: restoring force at zero displacement
     std::array<Table, 6> tables;       // restoring force against displacement, replaces the stiffness
     bool global_axes = false;
+    bool operator==(const Bushing&) const = default;
 };
 
 /// Elastic constants of one of the two bodies in contact.
 struct Material {
     double young = 0;   // Pa
     double poisson = 0; // 1
+    bool operator==(const Material&) const = default;
 };
 
 /// Normal contact law as the user says it; contact/normal_law.hpp lists the kinds and what each needs.
@@ -91,6 +94,7 @@ struct ContactLaw {
     std::optional<double> width;     // m
     bool smooth = false;             // C1 blend instead of the weighted sum
     std::vector<ContactLaw> hard;
+    bool operator==(const ContactLaw&) const = default;
 };
 
 /// Friction as the user says it; contact/friction_law.hpp lists the kinds.
@@ -105,6 +109,7 @@ struct Friction {
     std::optional<double> normal_force;    // N, given; else that of the contact or of the reaction
     std::optional<double> radius;          // m, of a pin (slip speed = radius x rate), a face or a key
     std::optional<std::string> coordinate; // of the joint; absent: its only free one
+    bool operator==(const Friction&) const = default;
 };
 
 /// Play between bearing and journal: radial = bearing radius - journal radius, and so on.
@@ -124,6 +129,7 @@ struct Clearance {
     ContactLaw law;                                    // radial
     std::optional<ContactLaw> axial_law, rotation_law; // absent: the radial one
     std::optional<Friction> friction;
+    bool operator==(const Clearance&) const = default;
 };
 
 /// Limits of a free coordinate of a joint; `swing`, the angle between the axes of a ball, has an upper one
@@ -155,10 +161,10 @@ struct Joint {
     Fidelity fidelity = Fidelity::perfect;
     /// Mixed joints: what holds each motion, where it differs from fidelity; by Motion.
     std::array<std::optional<Fidelity>, 4> motions;
-    std::optional<Bushing> bushing;     // required where a motion is held by a bushing
-    std::optional<Clearance> clearance; // required where a motion is held by contact
-    std::map<std::string, Stop> stops;  // by free coordinate
-    std::vector<Friction> friction;     // on free coordinates
+    SharedPart<Bushing> bushing;       // required where a motion is held by a bushing
+    SharedPart<Clearance> clearance;   // required where a motion is held by contact
+    std::map<std::string, Stop> stops; // by free coordinate
+    std::vector<Friction> friction;    // on free coordinates
     Fidelity holds(Motion motion) const {
         return motions[static_cast<std::size_t>(motion)].value_or(fidelity);
     }
@@ -175,12 +181,12 @@ struct SpringDamper {
     std::array<std::string, 2> bodies{"ground", "ground"};
     bool body_frame = false;
     std::array<Vec3, 2> points{Vec3::Zero(), Vec3::Zero()};
-    double stiffness = 0;                 // N/m
-    double damping = 0;                   // N s/m
-    std::optional<double> free_length;    // m; absent: the length as given
-    std::optional<double> preload;        // N, tension in the pose as given (instead of free_length)
-    Table table;                          // tension against elongation
-    std::optional<TimeFunction> actuator; // N, tension
+    double stiffness = 0;              // N/m
+    double damping = 0;                // N s/m
+    std::optional<double> free_length; // m; absent: the length as given
+    std::optional<double> preload;     // N, tension in the pose as given (instead of free_length)
+    Table table;                       // tension against elongation
+    SharedPart<TimeFunction> actuator; // N, tension
 };
 
 /// Moment about the rotation coordinate of a joint: on b, -(k (q - q0) + c q').
@@ -205,7 +211,7 @@ struct Tyre {
     double damping = 0;              // N s/m
     double preload = 0;              // N
     std::optional<double> reference; // m, z_ref; absent: height of the point as given
-    std::optional<TimeFunction> road;
+    SharedPart<TimeFunction> road;
     Table profile; // road height against the x coordinate of the point
 };
 
@@ -218,7 +224,7 @@ struct AppliedForce {
     bool body_frame = false; // the point is given in the body frame
     Vec3 point = Vec3::Zero();
     Vec3 vector = Vec3::Zero();
-    std::optional<TimeFunction> time;
+    SharedPart<TimeFunction> time;
 };
 
 /// Friction along a direction fixed in the first body, between points of two bodies, with a given normal
@@ -276,6 +282,9 @@ class ModelError : public std::runtime_error {
   private:
     std::string pointer_, problem_, allowed_;
 };
+
+/// Equal bushings and clearances of different joints are stored once from now on.
+void share_equal_parts(Model& model);
 
 /// Throws ModelError on the first thing no mechanism can have (see models/README.md for the list).
 void validate(const Model& model);

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 namespace gudgeon {
 
@@ -164,6 +165,7 @@ Model parse_model(std::string_view text, std::string source, const std::map<std:
     root.at("bodies");
     model.bodies = read_list(root, "bodies", read_body);
     model.joints = read_list(root, "joints", read_joint);
+    share_equal_parts(model);
     model.forces = read_list(root, "forces", read_force);
     model.markers = read_list(root, "markers", read_marker);
     if (root.has("end"))
@@ -189,7 +191,7 @@ std::string read_model_text(const std::filesystem::path& file) {
         text << stream.rdbuf();
     if (stream.bad() || text.bad())
         throw FileError(fmt::format("{}: cannot be read", name));
-    return text.str();
+    return std::move(text).str();
 }
 
 Model read_model(const std::filesystem::path& file, const std::map<std::string, double>& overrides) {

@@ -1,13 +1,17 @@
 // Pattern and slots of the saddle-point matrix.
 
 #include "core/assembly.hpp"
+#include "core/parallel.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 
 namespace gudgeon {
 
 namespace {
+
+constexpr std::ptrdiff_t parallel_rows = 8192, parallel_blocks = 1024, parallel_bodies = 256;
 
 // Entries of a CSR list: items of group g are item[start[g] .. start[g+1]).
 struct Groups {
@@ -28,6 +32,20 @@ template <class GroupOf> Groups group(int groups, int items, GroupOf&& group_of)
         if (const int k = group_of(i); k >= 0)
             g.item[next[k]++] = i;
     return g;
+}
+
+std::size_t count_entries(const System& system, Rows rows) {
+    const BlockLayout& layout = system.layout;
+    std::size_t count = 0;
+    for (int id = 0; id < layout.blocks(); ++id)
+        count += layout.active[id] ? 9 : id < 4 * system.moving && id % 4 == 0 ? 3 : 0;
+    for (const RowRecord& row : system.rows) {
+        for (const int side : {0, 1})
+            if ((side ? row.b : row.a) < system.moving)
+                count += 2 * std::size_t(std::popcount(row.mask >> (6 * side) & 0x3fu));
+        count += rows == Rows::soft;
+    }
+    return count;
 }
 
 } // namespace
@@ -55,6 +73,8 @@ void SaddleMatrix::build_pattern(const System& system, Rows rows) {
         const int body = side % 2 ? row.b : row.a;
         return body < system.moving ? body : -1;
     });
+    pattern_.col_start.reserve(std::size_t(n + m) + 1);
+    pattern_.row.reserve(count_entries(system, rows));
     const auto slot = [&] { return pattern_.nonzeros(); };
     for (int col = 0; col < n; ++col) {
         const int body = col / 6, part = col % 6 / 3, k = col % 3, block_col = 2 * body + part;
@@ -107,13 +127,12 @@ template <class Scalar>
 void SaddleMatrix::place_rows(const System& system, std::span<const double> rows, int threads,
                               std::span<Scalar> values) const {
     const auto count = static_cast<std::ptrdiff_t>(12 * system.rows.size());
-#pragma omp parallel for schedule(static) num_threads(threads) if (threads > 1 && count > 8192)
-    for (std::ptrdiff_t i = 0; i < count; ++i) {
+    parallel_for(threads, 0, count, parallel_rows, [&](std::ptrdiff_t i) {
         if (lower_[i] >= 0)
             values[lower_[i]] = rows[i];
         if (upper_[i] >= 0)
             values[upper_[i]] = rows[i];
-    }
+    });
 }
 
 int SaddleMatrix::diagonal_slot(int body, int k) const {
@@ -150,10 +169,9 @@ template <class Scalar>
 void SaddleMatrix::assemble_scalars(const System& system, const Workspace& ws, Scalar a, Scalar s,
                                     std::span<Scalar> values) const {
     const int blocks = system.layout.blocks();
-#pragma omp parallel for schedule(static) num_threads(ws.threads) if (ws.threads > 1 && blocks > 1024)
-    for (int id = 0; id < blocks; ++id) {
+    parallel_for(ws.threads, 0, blocks, parallel_blocks, [&](std::ptrdiff_t id) {
         if (!system.layout.active[id])
-            continue;
+            return;
         const double* c = ws.lin.C.data() + 9 * std::size_t(id);
         const double* k = ws.lin.S.data() + 9 * std::size_t(id);
         for (int col = 0; col < 3; ++col) {
@@ -161,7 +179,7 @@ void SaddleMatrix::assemble_scalars(const System& system, const Workspace& ws, S
             for (int row = 0; row < 3; ++row)
                 v[row] = c[3 * col + row] + s * k[3 * col + row];
         }
-    }
+    });
     for (const Linearisation::StateCoupling& state : ws.lin.states) {
         const Scalar factor = -1.0 / (a + state.decay);
         const PairBlocks& pair = ws.lin.pairs[state.pair];
@@ -173,7 +191,7 @@ void SaddleMatrix::assemble_scalars(const System& system, const Workspace& ws, S
                         v[row] += factor * (state.force.part(i)[row] * state.rate.part(j)[col]);
                 }
     }
-    for (int i = 0; i < system.moving; ++i) {
+    parallel_for(ws.threads, 0, system.moving, parallel_bodies, [&](std::ptrdiff_t i) {
         const bool full = system.layout.active[4 * std::size_t(i)];
         for (int k = 0; k < 3; ++k) {
             Scalar& diagonal = values[mass_slot_[3 * std::size_t(i) + k]];
@@ -182,7 +200,7 @@ void SaddleMatrix::assemble_scalars(const System& system, const Workspace& ws, S
             for (int row = 0; row < 3; ++row)
                 v[row] += a * system.inertia[i](row, k);
         }
-    }
+    });
     place_rows(system, ws.rows, ws.threads, values);
     soften(system, values);
     for (const Linearisation::ReactionCoupling& reaction : ws.lin.reactions)

@@ -29,7 +29,8 @@ struct State {
     double input() const { return work[1]; }
 };
 
-/// Scratch of one evaluation; one per thread of use. All sizes are fixed by make_workspace().
+/// Scratch of one evaluation; one per thread of use. All sizes are fixed by make_workspace(), but those of
+/// the derivatives, which the first linearise() and evaluate_rate_rows() make: few need them.
 struct Workspace {
     std::vector<BodyMotion> motion; // all bodies
     VecX f;                         // generalised forces, 6 per moving body

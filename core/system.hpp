@@ -22,8 +22,8 @@ namespace gudgeon {
 /// One scalar coordinate of a joint as an output.
 struct JointCoordinate {
     enum class Kind { displacement, angle, point, rotation, swing } kind;
-    std::string name;
     int index = 0; // angle: number in System::angles; displacement, point, rotation: axis 0..2 of a's frame
+    std::string_view name; // in static storage
 };
 
 struct JointRecord {

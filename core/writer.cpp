@@ -56,10 +56,10 @@ void put_unless_zero(Json& out, const char* key, const Vec3& v) {
         out[key] = json(v);
 }
 
-template <class T> void put_if(Json& out, const char* key, const std::optional<T>& value) {
+template <class Optional> void put_if(Json& out, const char* key, const Optional& value) {
     if (!value)
         return;
-    if constexpr (std::is_same_v<T, double>)
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(*value)>, double>)
         out[key] = *value;
     else
         out[key] = json(*value);

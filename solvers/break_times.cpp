@@ -24,7 +24,7 @@ struct Collector {
                 times.push_back(x[i + 1]);
             }
     }
-    void operator()(const std::optional<TimeFunction>& f) const {
+    void operator()(const SharedPart<TimeFunction>& f) const {
         if (f)
             std::visit(*this, *f);
     }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <new>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace gudgeon {
@@ -23,7 +24,9 @@ struct NormalSolver::Impl {
     std::vector<int> inverse; // of perm
     CscPattern normal;        // upper triangle of P N P^T
     std::vector<double> values;
-    std::vector<int> slot; // of each product of two entries of one column of B, in order
+    // Slots of the products of two entries of one column of B, in order; columns with the same rows share
+    // theirs.
+    std::vector<int> slot, column_slot;
     std::vector<double> scale, rhs;
     bool analysed = false;
     bool factored = false;
@@ -63,23 +66,59 @@ void NormalSolver::Impl::release() {
     cholmod_free_dense(&e, &common);
 }
 
-/// Row pairs of one column of B, in a fixed order: the diagonal ones too.
-template <class Visit> void visit_products(const CscPattern& b, Visit visit) {
-    for (int j = 0; j < b.cols; ++j)
-        for (int p = b.col_start[j]; p < b.col_start[j + 1]; ++p)
-            for (int q = p; q < b.col_start[j + 1]; ++q)
-                visit(p, q);
+/// Row pairs of a column of B, in a fixed order: the diagonal ones too.
+template <class Visit> void visit_products(const CscPattern& b, int column, Visit visit) {
+    for (int p = b.col_start[column]; p < b.col_start[column + 1]; ++p)
+        for (int q = p; q < b.col_start[column + 1]; ++q)
+            visit(p, q);
 }
 
-/// Pattern of both triangles of the m x m matrix, columns given as unsorted lists with repetitions.
-CscPattern compress(std::vector<std::vector<int>>& columns) {
+/// Column of B with the same rows as the one before it.
+bool repeats(const CscPattern& b, int column) {
+    if (column == 0)
+        return false;
+    const auto at = [&](int c) { return b.row.begin() + b.col_start[c]; };
+    return std::equal(at(column - 1), at(column), at(column), at(column + 1));
+}
+
+/// Columns in which each row has an entry; of columns with the same rows the first alone.
+CscPattern by_rows(const CscPattern& b) {
     CscPattern out;
-    out.rows = out.cols = static_cast<int>(columns.size());
+    out.cols = b.rows;
+    out.rows = b.cols;
+    std::vector<int> taken;
+    for (int j = 0; j < b.cols; ++j)
+        if (!repeats(b, j))
+            taken.push_back(j);
+    out.col_start.assign(b.rows + 1, 0);
+    for (const int j : taken)
+        for (int p = b.col_start[j]; p < b.col_start[j + 1]; ++p)
+            ++out.col_start[b.row[p] + 1];
+    for (int i = 0; i < b.rows; ++i)
+        out.col_start[i + 1] += out.col_start[i];
+    out.row.resize(out.col_start.back());
+    std::vector<int> next(out.col_start.begin(), out.col_start.end() - 1);
+    for (const int j : taken)
+        for (int p = b.col_start[j]; p < b.col_start[j + 1]; ++p)
+            out.row[next[b.row[p]]++] = j;
+    return out;
+}
+
+/// Pattern of B B^T, both triangles.
+CscPattern products(const CscPattern& b) {
+    const CscPattern columns = by_rows(b);
+    CscPattern out;
+    out.rows = out.cols = b.rows;
+    out.col_start.reserve(std::size_t(b.rows) + 1);
     out.col_start.push_back(0);
-    for (std::vector<int>& c : columns) {
-        std::sort(c.begin(), c.end());
-        c.erase(std::unique(c.begin(), c.end()), c.end());
-        out.row.insert(out.row.end(), c.begin(), c.end());
+    std::vector<int> seen(b.rows, -1);
+    for (int i = 0; i < b.rows; ++i) {
+        const auto begin = static_cast<std::ptrdiff_t>(out.row.size());
+        for (int c = columns.col_start[i]; c < columns.col_start[i + 1]; ++c)
+            for (int p = b.col_start[columns.row[c]]; p < b.col_start[columns.row[c] + 1]; ++p)
+                if (std::exchange(seen[b.row[p]], i) != i)
+                    out.row.push_back(b.row[p]);
+        std::sort(out.row.begin() + begin, out.row.end());
         out.col_start.push_back(static_cast<int>(out.row.size()));
     }
     return out;
@@ -87,40 +126,56 @@ CscPattern compress(std::vector<std::vector<int>>& columns) {
 
 void NormalSolver::Impl::order_rows() {
     const int m = b.rows;
-    std::vector<std::vector<int>> full(m);
-    visit_products(b, [&](int p, int q) {
-        full[b.row[p]].push_back(b.row[q]);
-        full[b.row[q]].push_back(b.row[p]);
-    });
-    perm = minimum_degree_ordering(compress(full));
+    const CscPattern full = products(b);
+    perm = minimum_degree_ordering(full);
     inverse.resize(m);
     for (int k = 0; k < m; ++k)
         inverse[perm[k]] = k;
-    std::vector<std::vector<int>> upper(m);
-    for (int k = 0; k < m; ++k)
-        upper[k].push_back(k);
-    visit_products(b, [&](int p, int q) {
-        const int i = inverse[b.row[p]], k = inverse[b.row[q]];
-        upper[std::max(i, k)].push_back(std::min(i, k));
-    });
-    normal = compress(upper);
+    normal = {};
+    normal.rows = normal.cols = m;
+    normal.col_start.reserve(std::size_t(m) + 1);
+    normal.col_start.push_back(0);
+    normal.row.reserve((full.row.size() + std::size_t(m)) / 2 +
+                       std::size_t(m)); // rows of zeros have a pivot too
+    for (int k = 0; k < m; ++k) {
+        const auto begin = static_cast<std::ptrdiff_t>(normal.row.size());
+        for (int p = full.col_start[perm[k]]; p < full.col_start[perm[k] + 1]; ++p)
+            if (inverse[full.row[p]] < k)
+                normal.row.push_back(inverse[full.row[p]]);
+        std::sort(normal.row.begin() + begin, normal.row.end());
+        normal.row.push_back(k);
+        normal.col_start.push_back(static_cast<int>(normal.row.size()));
+    }
+    normal.row.shrink_to_fit();
 }
 
 void NormalSolver::Impl::find_slots() {
     slot.clear();
-    visit_products(b, [&](int p, int q) {
-        const int i = inverse[b.row[p]], k = inverse[b.row[q]];
-        const int col = std::max(i, k);
-        const auto begin = normal.row.begin() + normal.col_start[col];
-        const auto end = normal.row.begin() + normal.col_start[col + 1];
-        slot.push_back(static_cast<int>(std::lower_bound(begin, end, std::min(i, k)) - normal.row.begin()));
-    });
+    column_slot.clear();
+    for (int j = 0; j < b.cols; ++j) {
+        if (repeats(b, j)) {
+            column_slot.push_back(column_slot.back());
+            continue;
+        }
+        column_slot.push_back(static_cast<int>(slot.size()));
+        visit_products(b, j, [&](int p, int q) {
+            const int i = inverse[b.row[p]], k = inverse[b.row[q]];
+            const int col = std::max(i, k);
+            const auto begin = normal.row.begin() + normal.col_start[col];
+            const auto end = normal.row.begin() + normal.col_start[col + 1];
+            slot.push_back(
+                static_cast<int>(std::lower_bound(begin, end, std::min(i, k)) - normal.row.begin()));
+        });
+    }
+    slot.shrink_to_fit();
 }
 
 void NormalSolver::Impl::assemble(std::span<const double> b_values, double beta) {
     std::fill(values.begin(), values.end(), 0.0);
-    std::size_t k = 0;
-    visit_products(b, [&](int p, int q) { values[slot[k++]] += b_values[p] * b_values[q]; });
+    for (int j = 0; j < b.cols; ++j) {
+        const int* at = slot.data() + column_slot[j];
+        visit_products(b, j, [&](int p, int q) { values[*at++] += b_values[p] * b_values[q]; });
+    }
     for (int c = 0; c < b.rows; ++c)
         values[normal.col_start[c + 1] - 1] += beta; // the diagonal is the last entry of an upper column
 }
@@ -200,18 +255,19 @@ void NormalSolver::Impl::solve_supernodal() {
 NormalSolver::NormalSolver() : impl_(std::make_unique<Impl>()) {}
 NormalSolver::~NormalSolver() = default;
 
-void NormalSolver::analyse(const CscPattern& b) {
+void NormalSolver::analyse(CscPattern b) {
     check_pattern(b);
     Impl& s = *impl_;
     s.release();
     s.factored = false;
-    s.b = b;
+    s.b = std::move(b);
+    s.b.row.shrink_to_fit();
     s.order_rows();
     s.find_slots();
     s.values.assign(s.normal.nonzeros(), 0.0);
-    s.scale.assign(b.rows, 1.0);
-    s.rhs.assign(b.rows, 0.0);
-    if (b.rows > 0) {
+    s.scale.assign(s.b.rows, 1.0);
+    s.rhs.assign(s.b.rows, 0.0);
+    if (s.b.rows > 0) {
         cholmod_sparse view = cholmod::view_upper(s.normal, s.values);
         s.factor = cholmod_analyze(&view, &s.common);
         if (!s.factor)

@@ -21,7 +21,7 @@ class NormalSolver {
     NormalSolver& operator=(const NormalSolver&) = delete;
 
     /// Throws std::invalid_argument unless the pattern is well formed. No rows are fine.
-    void analyse(const CscPattern& b);
+    void analyse(CscPattern b);
 
     /// One value per entry of B; beta >= 0 in the unit of B B^T.
     /// Singular: status.column is a row of B that repeats others (a pivot below smallest_pivot of the

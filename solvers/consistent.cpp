@@ -31,17 +31,18 @@ ConsistentSolver::ConsistentSolver(const System& system)
     : system_(system), hold_(system.moving, 0u), nu_(VecX::Zero(system.row_count())),
       step_(VecX::Zero(system.velocities())), gamma_(VecX::Zero(system.row_count())),
       scale_(VecX::Ones(system.row_count())), unmet_(VecX::Zero(system.row_count())) {
+    root_.reserve(system.inverse_inertia.size());
     for (int i = 0; i < system.moving; ++i)
         root_.push_back(system.inverse_inertia[i].llt().matrixL());
-    build_pattern();
-    normal_.analyse(pattern_);
+    normal_.analyse(build_pattern());
 }
 
 // Columns of B are velocities, entries by body; rotation parts are full because of the root.
-void ConsistentSolver::build_pattern() {
+CscPattern ConsistentSolver::build_pattern() {
     const System& s = system_;
-    pattern_.rows = s.row_count();
-    pattern_.cols = s.velocities();
+    CscPattern pattern;
+    pattern.rows = s.row_count();
+    pattern.cols = s.velocities();
     slot_.assign(12 * s.rows.size(), -1);
     std::vector<std::vector<int>> sides(s.moving); // 2 r for side a, 2 r + 1 for side b
     for (int r = 0; r < s.row_count(); ++r) {
@@ -50,8 +51,8 @@ void ConsistentSolver::build_pattern() {
         if (s.rows[r].b < s.moving)
             sides[s.rows[r].b].push_back(2 * r + 1);
     }
-    pattern_.row.clear();
-    pattern_.col_start.assign(1, 0);
+    pattern.col_start.reserve(std::size_t(pattern.cols + pattern.rows) + 1);
+    pattern.col_start.push_back(0);
     for (int i = 0; i < s.moving; ++i)
         for (int k = 0; k < 6; ++k) {
             for (const int side : sides[i]) {
@@ -59,19 +60,20 @@ void ConsistentSolver::build_pattern() {
                 const unsigned part = k < 3 ? 1u << coefficient : 0b111u << (6 * (side % 2) + 3);
                 if (!(s.rows[r].mask & part))
                     continue;
-                slot_[12 * std::size_t(r) + coefficient] = pattern_.nonzeros();
-                pattern_.row.push_back(r);
+                slot_[12 * std::size_t(r) + coefficient] = pattern.nonzeros();
+                pattern.row.push_back(r);
             }
-            pattern_.col_start.push_back(pattern_.nonzeros());
+            pattern.col_start.push_back(pattern.nonzeros());
         }
     soft_slot_.clear();
     for (int r = 0; soft() && r < s.row_count(); ++r) { // a column for each row
-        soft_slot_.push_back(pattern_.nonzeros());
-        pattern_.row.push_back(r);
-        pattern_.col_start.push_back(pattern_.nonzeros());
-        ++pattern_.cols;
+        soft_slot_.push_back(pattern.nonzeros());
+        pattern.row.push_back(r);
+        pattern.col_start.push_back(pattern.nonzeros());
+        ++pattern.cols;
     }
-    values_.assign(pattern_.nonzeros(), 0.0);
+    values_.assign(pattern.nonzeros(), 0.0);
+    return pattern;
 }
 
 void ConsistentSolver::soften() {
@@ -82,8 +84,7 @@ void ConsistentSolver::soften() {
         soft_weight_.push_back(is_moment_row(row) ? 1 / (length * length) : 1.0);
     E_.assign(soft_weight_.size(), 0.0);
     idle_ = VecX::Zero(system_.row_count());
-    build_pattern();
-    normal_.analyse(pattern_);
+    normal_.analyse(build_pattern());
 }
 
 // E is one number times the measure of the multipliers, so that what it leaves of them is the least in that

@@ -46,13 +46,14 @@ class ConsistentSolver {
     const VecX& unmet() const { return unmet_; }
 
     /// Longest change of one coordinate in an iteration of project_positions.
+    static constexpr double unlimited = 1e300;
     void limit_move(double longest) { largest_move_ = longest; }
 
     double worst_position() const { return worst_position_; }
     double worst_velocity() const { return worst_velocity_; }
 
   private:
-    void build_pattern();
+    CscPattern build_pattern();
     bool factor(const Workspace& ws, int held_shift, double beta);
     FactorStatus factor_once(const Workspace& ws, int held_shift, double beta, double smallest_pivot);
     void place_softness();
@@ -65,13 +66,12 @@ class ConsistentSolver {
 
     const System& system_;
     NormalSolver normal_;
-    CscPattern pattern_;     // B = G W^{1/2}: rows of G by columns of u
-    std::vector<int> slot_;  // twelve per row: slot in pattern_, -1: none
+    std::vector<int> slot_;  // twelve per row: entry of B = G W^{1/2}, rows of G by columns of u; -1: none
     std::vector<Mat3> root_; // inverse inertia = root root^T
     std::vector<double> values_;
     std::vector<unsigned> hold_;
     double beta_ = 0, worst_position_ = 0, worst_velocity_ = 0;
-    double largest_move_ = 1e300;
+    double largest_move_ = unlimited;
     VecX nu_, step_, gamma_, scale_, unmet_;
     std::vector<int> soft_slot_;          // of the square roots of E
     std::vector<double> soft_weight_, E_; // measure of the multipliers; E = softness times it, one per row

@@ -97,10 +97,10 @@ std::string AssemblyReport::message(const System& system) const {
     return text;
 }
 
-AssemblyReport assemble_start(const System& system, State& state) {
+namespace {
+
+AssemblyReport assemble(const System& system, State& state, ConsistentSolver& solver) {
     AssemblyReport report;
-    if (system.row_count() == 0)
-        return report;
     Workspace ws = make_workspace(system);
     ws.angles = state.angles;
     const State given = state;
@@ -108,9 +108,6 @@ AssemblyReport assemble_start(const System& system, State& state) {
     report.position_before = largest(ws.phi);
     report.velocity_before = largest(ws.rate);
 
-    ConsistentSolver solver(system);
-    solver.hold(system.hold);
-    solver.regularise(soft);
     if (report.position_before > 1e-13)
         report.ok = close_positions(system, state, solver, ws);
     evaluate_at(system, state, ws);
@@ -128,6 +125,25 @@ AssemblyReport assemble_start(const System& system, State& state) {
         list_open(system, ws.rate, 1e-3 * report.velocity_after, true, report);
     list_changes(system, given, state, report);
     return report;
+}
+
+} // namespace
+
+AssemblyReport assemble_start(const System& system, State& state, ConsistentSolver& solver) {
+    if (system.row_count() == 0)
+        return {};
+    solver.hold(system.hold);
+    solver.regularise(soft);
+    AssemblyReport report = assemble(system, state, solver);
+    solver.hold(std::vector<unsigned>(system.moving, 0u));
+    solver.regularise(0);
+    solver.limit_move(ConsistentSolver::unlimited);
+    return report;
+}
+
+AssemblyReport assemble_start(const System& system, State& state) {
+    ConsistentSolver solver(system);
+    return assemble_start(system, state, solver);
 }
 
 } // namespace gudgeon

@@ -8,6 +8,8 @@
 
 namespace gudgeon {
 
+class ConsistentSolver;
+
 struct AssemblyReport {
     bool ok = true;
     double position_before = 0, velocity_before = 0; // largest |Phi| and |G u + dPhi/dt| as given
@@ -35,5 +37,7 @@ struct AssemblyReport {
 /// Moves q and u the least in the mass norm, keeping held coordinates, until positions and velocities
 /// satisfy the constraints at state.t.
 AssemblyReport assemble_start(const System& system, State& state);
+/// The same with a solver of the system, as it was made, which is left as it was.
+AssemblyReport assemble_start(const System& system, State& state, ConsistentSolver& solver);
 
 } // namespace gudgeon

@@ -66,12 +66,13 @@ Model model_at(const System& system, const State& state) {
     }
     for (std::size_t j = 0; j < model.joints.size(); ++j)
         for (const JointCoordinate& c : system.joints[j].coordinates) {
-            if (c.kind != JointCoordinate::Kind::angle || model.joints[j].drives.contains(c.name))
+            const std::string name(c.name);
+            if (c.kind != JointCoordinate::Kind::angle || model.joints[j].drives.contains(name))
                 continue;
             const double angle = state.angles.value[c.index];
-            model.joints[j].start_angles.erase(c.name);
+            model.joints[j].start_angles.erase(name);
             if (std::abs(angle) > half_turn)
-                model.joints[j].start_angles[c.name] = angle;
+                model.joints[j].start_angles[name] = angle;
         }
     return model;
 }

@@ -84,7 +84,7 @@ struct Simulation::Impl {
     }
 
     void assemble() {
-        assembly = assemble_start(system, start);
+        assembly = assemble_start(system, start, consistent);
         if (!assembly.ok)
             throw AssemblyError("the mechanism cannot be assembled: " + assembly.message(system), assembly);
         redundancy = find_redundancy(system, start);

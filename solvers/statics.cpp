@@ -65,7 +65,7 @@ class Search {
     // How far a journal may move in its bearing in one step: farther it might come out on the other side.
     void find_bearings() {
         for (std::size_t j = 0; j < system_.joints.size(); ++j) {
-            const std::optional<Clearance>& clearance = system_.model.joints[j].clearance;
+            const SharedPart<Clearance>& clearance = system_.model.joints[j].clearance;
             if (!clearance || system_.joints[j].contact < 0)
                 continue;
             double allowed = longest_;

@@ -1,4 +1,4 @@
-// KLU against CHOLMOD: the same runs with both formulations of the linear systems.
+// Blocks, KLU and CHOLMOD: the same runs with all formulations of the linear systems.
 
 #include "bench/figures/measure.hpp"
 #include "bench/figures/table.hpp"
@@ -91,7 +91,7 @@ std::vector<std::string> cells(const std::string& mechanism, const std::string& 
 void compare(const std::string& mechanism, int bodies, const std::string& integrator, const Options& o,
              Table& table) {
     fmt::print(stderr, "formulations: {} {} {}\n", mechanism, integrator, bodies);
-    Settings settings{integrator, o.scaling_rtol, 0};
+    Settings settings{integrator, o.formulation_rtol, 0};
     std::vector<Run> runs(o.formulations.size());
     const double begin = cpu_seconds();
     do

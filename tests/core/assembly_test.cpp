@@ -69,6 +69,18 @@ class WholeSystem : public testing::TestWithParam<Case> {
     State state_;
 };
 
+TEST_P(WholeSystem, DerivativesTakeRoomWhenTheyAreFormed) {
+    const std::size_t blocks = 9 * static_cast<std::size_t>(system_.layout.blocks());
+    forces();
+    EXPECT_TRUE(ws_.lin.C.empty() && ws_.lin.S.empty() && ws_.rate_rows.empty());
+    linearise(system_, state_.t, state_.lambda.data(), ws_);
+    EXPECT_EQ(ws_.lin.C.size(), blocks);
+    EXPECT_EQ(ws_.lin.S.size(), blocks);
+    EXPECT_TRUE(ws_.rate_rows.empty());
+    evaluate_rate_rows(system_, state_.t, ws_);
+    EXPECT_EQ(ws_.rate_rows.size(), 12 * system_.rows.size());
+}
+
 TEST_P(WholeSystem, DampingIsTheForceDerivativeByVelocities) {
     linearise(system_, state_.t, state_.lambda.data(), ws_);
     const MatX C = dense(blocks_as_matrix(system_, ws_.lin.C));

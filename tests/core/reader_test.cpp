@@ -238,5 +238,27 @@ TEST(Writer, DoublesComeBackBitForBit) {
     }
 }
 
+// Objects with few keys and with many are searched differently.
+TEST(Reader, RefusesARepeatedKeyAmongAnyNumber) {
+    for (const int count : {1, 15, 16, 17, 40})
+        for (const int again : {0, count / 2, count - 1}) {
+            std::string keys;
+            for (int k = 0; k < count; ++k)
+                keys += "\"p" + std::to_string(k) + "\": 1, ";
+            const auto text = [&](const std::string& last) {
+                return R"({"gudgeon": 1, "parameters": {)" + keys + "\"" + last +
+                       R"(": 2}, "bodies": [{"name": "b", "mass": 1, "inertia": [1, 1, 1]}]})";
+            };
+            EXPECT_EQ(parse_model(text("q"), "m.json").parameters.size(), count + 1u);
+            const std::string repeated = "p" + std::to_string(again);
+            try {
+                parse_model(text(repeated), "m.json");
+                ADD_FAILURE() << count << ", " << again;
+            } catch (const ModelError& error) {
+                EXPECT_EQ(error.pointer(), "/parameters/" + repeated);
+            }
+        }
+}
+
 } // namespace
 } // namespace gudgeon

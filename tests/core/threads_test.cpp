@@ -1,4 +1,5 @@
 // The same bits for any number of threads, and several threads at work.
+#include "core/parallel.hpp"
 #include "core/user_force.hpp"
 #include "tests/solvers/system_tools.hpp"
 
@@ -6,9 +7,11 @@
 
 #include <omp.h>
 
+#include <algorithm>
 #include <cstring>
 #include <mutex>
 #include <set>
+#include <vector>
 
 namespace gudgeon {
 namespace {
@@ -32,6 +35,22 @@ TEST(Threads, TwoShareTheElementsOfAColour) {
     });
     EXPECT_EQ(std::set<int>(ran_by.begin(), ran_by.end()), (std::set<int>{0, 1}));
     EXPECT_EQ(std::set<int>(team.begin(), team.end()), std::set<int>{2});
+}
+
+TEST(Threads, ALoopTakesEveryTurnOnce) {
+    for (const int threads : {1, 2, 3})
+        for (const int count : {0, 1, 99, 100, 101}) { // threshold 100
+            std::vector<int> turns(count, 0);
+            std::set<int> ran;
+            std::mutex lock;
+            parallel_for(threads, 0, count, 100, [&](std::ptrdiff_t i) {
+                ++turns[i];
+                const std::lock_guard<std::mutex> guard(lock);
+                ran.insert(omp_get_thread_num());
+            });
+            EXPECT_TRUE(std::ranges::all_of(turns, [](int n) { return n == 1; })) << threads << ' ' << count;
+            EXPECT_EQ(ran.size(), count == 0 ? 0u : count < 100 ? 1u : static_cast<unsigned>(threads));
+        }
 }
 
 TEST(Threads, NoTwoElementsOfAColourShareAMovingBody) {

@@ -70,6 +70,24 @@ TEST(NormalSolver, AgreesWithDense) {
     }
 }
 
+// Three columns of a body have the same rows, as its rotations have, and so have some of the next body.
+TEST(NormalSolver, ColumnsWithTheSameRowsAgreeWithDense) {
+    samples::Random random(3);
+    constexpr int bodies = 12, rows = 2 * (bodies - 1);
+    MatrixXd b = MatrixXd::Zero(rows, 4 * bodies);
+    for (int r = 0; r < rows; ++r)
+        for (const int body : {r / 2, r / 2 + 1})
+            for (int k = r % 2; k < 4; ++k) // the first column of a body lacks the odd rows
+                b(r, 4 * body + k) = random.uniform() + 1;
+    const CscMatrix a = samples::sparse(b);
+    NormalSolver solver;
+    solver.analyse(a.pattern);
+    ASSERT_TRUE(solver.factor(a.values).ok());
+    const MatrixXd normal = b * b.transpose();
+    const MatrixXd exact = samples::random_columns(rows, 1, 1);
+    EXPECT_LT((solve(solver, normal * exact) - exact).norm(), 1e-11 * exact.norm());
+}
+
 TEST(NormalSolver, BadlyScaledRows) {
     MatrixXd b = random_rows(60, 130, 3, 4);
     samples::Random random(3);
