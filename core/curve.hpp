@@ -1,6 +1,8 @@
 // Scalar characteristic y(x) of springs, bushings and tables: linear or a shape-preserving spline.
 #pragma once
 
+#include "core/equality.hpp"
+
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -20,7 +22,7 @@ struct Table {
     std::vector<double> x;
     std::vector<double> y;
     bool empty() const { return x.empty(); }
-    bool operator==(const Table&) const = default;
+    GUDGEON_EQUALITY(Table)
 };
 
 /// What keeps a table from being a curve. where: JSON pointer inside the table ("/x/2").

@@ -5,6 +5,7 @@
 // Euler parameters body -> global. Velocities: global; angular velocities: body frame.
 #pragma once
 
+#include "core/equality.hpp"
 #include "core/shared_part.hpp"
 #include "core/time_function.hpp"
 #include "core/types.hpp"
@@ -68,14 +69,14 @@ struct Bushing {
     std::array<double, 6> preload{};   // N, N m: restoring force at zero displacement
     std::array<Table, 6> tables;       // restoring force against displacement, replaces the stiffness
     bool global_axes = false;
-    bool operator==(const Bushing&) const = default;
+    GUDGEON_EQUALITY(Bushing)
 };
 
 /// Elastic constants of one of the two bodies in contact.
 struct Material {
     double young = 0;   // Pa
     double poisson = 0; // 1
-    bool operator==(const Material&) const = default;
+    GUDGEON_EQUALITY(Material)
 };
 
 /// Normal contact law as the user says it; contact/normal_law.hpp lists the kinds and what each needs.
@@ -94,7 +95,7 @@ struct ContactLaw {
     std::optional<double> width;     // m
     bool smooth = false;             // C1 blend instead of the weighted sum
     std::vector<ContactLaw> hard;
-    bool operator==(const ContactLaw&) const = default;
+    GUDGEON_EQUALITY(ContactLaw)
 };
 
 /// Friction as the user says it; contact/friction_law.hpp lists the kinds.
@@ -109,7 +110,7 @@ struct Friction {
     std::optional<double> normal_force;    // N, given; else that of the contact or of the reaction
     std::optional<double> radius;          // m, of a pin (slip speed = radius x rate), a face or a key
     std::optional<std::string> coordinate; // of the joint; absent: its only free one
-    bool operator==(const Friction&) const = default;
+    GUDGEON_EQUALITY(Friction)
 };
 
 /// Play between bearing and journal: radial = bearing radius - journal radius, and so on.
@@ -129,7 +130,7 @@ struct Clearance {
     ContactLaw law;                                    // radial
     std::optional<ContactLaw> axial_law, rotation_law; // absent: the radial one
     std::optional<Friction> friction;
-    bool operator==(const Clearance&) const = default;
+    GUDGEON_EQUALITY(Clearance)
 };
 
 /// Limits of a free coordinate of a joint; `swing`, the angle between the axes of a ball, has an upper one

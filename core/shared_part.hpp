@@ -16,10 +16,11 @@ template <class T> class SharedPart {
   public:
     SharedPart() = default;
     SharedPart(std::nullopt_t) {}
-    template <class U = T>
-    requires(std::is_constructible_v<T, U&&> && !std::is_same_v<std::remove_cvref_t<U>, SharedPart> &&
-             !std::is_same_v<std::remove_cvref_t<U>, std::nullopt_t>) SharedPart(U&& value)
-        : value_(std::make_shared<T>(std::forward<U>(value))) {}
+    template <
+        class U = T, class Plain = std::remove_cv_t<std::remove_reference_t<U>>,
+        class = std::enable_if_t<std::is_constructible_v<T, U&&> && !std::is_same_v<Plain, SharedPart> &&
+                                 !std::is_same_v<Plain, std::nullopt_t>>>
+    SharedPart(U&& value) : value_(std::make_shared<T>(std::forward<U>(value))) {}
 
     bool has_value() const { return value_ != nullptr; }
     explicit operator bool() const { return has_value(); }

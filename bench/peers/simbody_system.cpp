@@ -157,7 +157,7 @@ class Assembler {
             } else if (const auto* tyre = std::get_if<Tyre>(&force)) {
                 tyres.push_back({station(tyre->body, tyre->point), tyre->stiffness, tyre->damping,
                                  tyre->preload, tyre->reference.value_or(tyre->point[2]),
-                                 tyre->road.value_or(ConstantFunction{0})});
+                                 tyre->road ? *tyre->road : TimeFunction(ConstantFunction{0})});
             }
         }
         if (options_.library_forces) {
