@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
 namespace gudgeon {
 
 namespace {
 
+constexpr double back_to_single = 5e-3;
 constexpr double pivot_for_single = 1e-3; // of the scaled matrix; with smaller ones digits are lost
 
 template <class Stored> Stored narrowed(double x) { return static_cast<Stored>(x); }
@@ -62,14 +64,10 @@ template <class Scalar> void BlockFactors<Scalar>::find_scale(std::span<const Sc
         scale_[x] = own > 0 ? std::ldexp(1.0, -std::ilogb(own) / 2) : 0;
     }
     for (const Front& front : s.fronts) {
-        const int* boundary = s.boundary.data() + front.boundary_start - front.pivots;
-        const auto unknown = [&](int place) {
-            return place < front.pivots ? front.first + place : boundary[place];
-        };
         for (int e = front.entry_start; e < front.row_end; ++e) {
             const FrontEntry entry = s.entries[e];
-            double& row = scale_[unknown(entry.col)];
-            row = std::min(row, -scale_[unknown(entry.row)] * size_of(values[entry.slot]));
+            double& row = scale_[s.unknown(front, entry.col)];
+            row = std::min(row, -scale_[s.unknown(front, entry.row)] * size_of(values[entry.slot]));
         }
     }
     for (double& scale : scale_) // of rows: negative so far
@@ -160,7 +158,7 @@ template <class Scalar> auto BlockFactors<Scalar>::factor(std::span<const Scalar
         in_single_ = false;
         double_.resize(single_.size()); // once, where pivots are small
         quality = factor_once(values);
-    } else if (may_be_single_ && !in_single_ && quality.smallest_pivot > pivot_for_single) {
+    } else if (may_be_single_ && !in_single_ && quality.smallest_pivot > back_to_single) {
         in_single_ = true;
         quality = factor_once(values);
     }
@@ -340,7 +338,15 @@ template <class Scalar> double BlockFactors<Scalar>::backward_error(std::span<co
 }
 
 template <class Scalar> void BlockFactors<Scalar>::visit(Archive& archive) {
-    archive(scale_, in_single_, single_, double_);
+    std::uint64_t order = 14695981039346656037u; // of elimination, as a hash (FNV-1a)
+    for (const int x : structure_->order)
+        order = (order ^ static_cast<std::uint64_t>(x)) * 1099511628211u;
+    archive.same(order, "another order of elimination");
+    archive(scale_, in_single_);
+    if (in_single_)
+        archive(single_);
+    else
+        archive(double_);
 }
 
 template class BlockFactors<double>;

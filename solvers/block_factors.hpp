@@ -28,7 +28,7 @@ template <class Scalar> class BlockFactors {
     /// What a factorisation was like. Not usable: a front without pivot, in unknown (old number) `column`.
     struct Quality {
         bool usable = false;
-        double smallest_pivot = 0; // over its column in the front
+        double smallest_pivot = 0; // of the scaled matrix, at most 1
         int column = -1;           // of that pivot
     };
     Quality factor(std::span<const Scalar> values);
@@ -36,7 +36,8 @@ template <class Scalar> class BlockFactors {
     /// In place, unknowns x columns, column by column.
     void solve(std::span<Scalar> rhs, int columns);
 
-    /// Largest residual of K x = K e over its largest terms, e of +1 and -1 in the scaled unknowns.
+    /// Allocates, so for doubtful matrices: largest residual of K x = K e over its largest terms, e of +1 and
+    /// -1 in the scaled unknowns.
     double backward_error(std::span<const Scalar> values);
 
     /// The factors themselves: loading gives the same bits.

@@ -288,13 +288,22 @@ GUDGEON_BLOCK_KERNELS(avx2, 4, __attribute__((target("avx2"))))
 
 const BlockKernels& portable_block_kernels() { return kernels_portable; }
 
-const BlockKernels& block_kernels() {
+namespace {
+const BlockKernels& best_kernels() {
 #if defined(__x86_64__)
-    static const BlockKernels& best = __builtin_cpu_supports("avx2") ? kernels_avx2 : kernels_portable;
-    return best;
-#else
-    return kernels_portable;
+    if (__builtin_cpu_supports("avx2"))
+        return kernels_avx2;
 #endif
+    return kernels_portable;
 }
+
+const BlockKernels*& chosen_kernels() {
+    static const BlockKernels* chosen = &best_kernels();
+    return chosen;
+}
+} // namespace
+
+const BlockKernels& block_kernels() { return *chosen_kernels(); }
+void use_portable_block_kernels() { chosen_kernels() = &kernels_portable; }
 
 } // namespace gudgeon

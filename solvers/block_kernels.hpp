@@ -36,5 +36,7 @@ struct BlockKernels {
 const BlockKernels& block_kernels();
 /// Those for any processor.
 const BlockKernels& portable_block_kernels();
+/// block_kernels() gives these from now on, where instructions are counted.
+void use_portable_block_kernels();
 
 } // namespace gudgeon

@@ -31,7 +31,10 @@ template <class Scalar> void BlockSolverOf<Scalar>::analyse(const CscPattern& pa
     if (pattern.rows != pattern.cols)
         throw std::invalid_argument("a square matrix is needed");
     if (!options_.always_klu)
-        return analyse(std::make_shared<const BlockStructure>(block_structure(pattern)));
+        if (BlockStructure s = block_structure(pattern); !s.fronts.empty() || pattern.cols == 0)
+            return analyse(std::make_shared<const BlockStructure>(std::move(s)));
+    by_klu_ = true;
+    factors_.reset();
     unknowns_ = pattern.cols;
     entries_ = pattern.nonzeros();
     klu_.reset();
@@ -41,6 +44,7 @@ template <class Scalar> void BlockSolverOf<Scalar>::analyse(const CscPattern& pa
 }
 
 template <class Scalar> void BlockSolverOf<Scalar>::analyse(std::shared_ptr<const BlockStructure> structure) {
+    by_klu_ = false;
     unknowns_ = structure->unknowns;
     entries_ = static_cast<int>(structure->entries.size());
     factors_ = std::make_unique<BlockFactors<Scalar>>(std::move(structure), options_.threads,
@@ -65,8 +69,10 @@ template <class Scalar> FactorStatus BlockSolverOf<Scalar>::factor_by_klu(std::s
         make_klu(pattern_of(factors_->structure()));
     const FactorStatus status = klu_->factor(values);
     klu_in_use_ = factored_ = status.ok();
-    if (status.ok() && !options_.always_klu)
+    if (status.ok()) {
+        ++counts_.factorisations;
         ++counts_.klu_fallbacks;
+    }
     return status;
 }
 
@@ -76,8 +82,11 @@ template <class Scalar> FactorStatus BlockSolverOf<Scalar>::factor(std::span<con
     if (std::ssize(values) != entries_)
         throw std::invalid_argument("one value per pattern entry is needed");
     klu_in_use_ = factored_ = false;
-    if (options_.always_klu)
-        return factor_by_klu(values);
+    if (by_klu_) {
+        const FactorStatus status = klu_->factor(values);
+        klu_in_use_ = factored_ = status.ok();
+        return status;
+    }
     if (const int column = bad_column(factors_->structure(), values); column >= 0)
         return {FactorStatus::Kind::non_finite, column};
     const bool single = factors_->in_single_precision();
@@ -104,7 +113,7 @@ template <class Scalar> void BlockSolverOf<Scalar>::solve(std::span<Scalar> rhs,
 }
 
 template <class Scalar> const LinearSolverCounts& BlockSolverOf<Scalar>::counts() const {
-    return options_.always_klu ? klu_->counts() : counts_;
+    return by_klu_ && klu_ ? klu_->counts() : counts_;
 }
 
 template <class Scalar> long BlockSolverOf<Scalar>::factor_nonzeros() const {
@@ -127,8 +136,10 @@ template <class Scalar> void BlockSolverOf<Scalar>::visit(Archive& archive) {
             c.klu_fallbacks);
     if (factors_)
         factors_->visit(archive);
-    if (!with_klu)
+    if (!with_klu) {
+        klu_.reset();
         return;
+    }
     if (!klu_)
         make_klu(pattern_of(factors_->structure()));
     klu_->visit(archive);

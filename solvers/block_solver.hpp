@@ -20,8 +20,9 @@ struct BlockOptions {
     bool always_klu = false; // for comparison
 };
 
-/// KLU factors instead, and is counted (klu_fallbacks), where a front has no pivot or a suspiciously small
-/// one or a probe is solved badly. KLU decides whether such a matrix is singular.
+/// KLU takes patterns for which blocks are much more work (block_structure()). Else it factors instead, and
+/// is counted (klu_fallbacks, and as a factorisation), where a front has no pivot or a suspiciously small one
+/// or a probe is solved badly. KLU decides whether such a matrix is singular.
 template <class Scalar> class BlockSolverOf {
   public:
     explicit BlockSolverOf(BlockOptions options = {}) : options_(options) {}
@@ -33,7 +34,7 @@ template <class Scalar> class BlockSolverOf {
     void solve(std::span<Scalar> rhs, int columns);
     const LinearSolverCounts& counts() const;
     long factor_nonzeros() const;
-    const char* name() const { return options_.always_klu ? "klu" : "block"; }
+    const char* name() const { return by_klu_ ? "klu" : "block"; }
     void visit(Archive& archive);
     std::shared_ptr<const BlockStructure> shared_structure() const;
 
@@ -46,7 +47,8 @@ template <class Scalar> class BlockSolverOf {
     BlockOptions options_;
     int unknowns_ = 0, entries_ = 0;
     std::unique_ptr<BlockFactors<Scalar>> factors_;
-    std::unique_ptr<Klu> klu_; // made when first needed
+    std::unique_ptr<Klu> klu_;          // made when first needed
+    bool by_klu_ = options_.always_klu; // all matrices of the pattern
     bool klu_in_use_ = false, factored_ = false;
     LinearSolverCounts counts_;
 };

@@ -14,6 +14,8 @@ namespace {
 
 constexpr double own_order_worth = 1.25; // of the least work
 constexpr double middle_worth = 1.05;
+constexpr int large_front = 128;
+constexpr double most_work = 20; // of an elimination of single unknowns, which cannot use vectors
 
 /// Lists of variable length, one after the other.
 struct Lists {
@@ -182,6 +184,27 @@ double operations(const Groups& groups, const Elimination& e) {
     for (int k = 0; k < e.pivots.size(); ++k)
         sum += operations(groups, e, k);
     return sum;
+}
+
+int largest_front(const Groups& groups, const Elimination& e) {
+    int largest = 0;
+    for (int k = 0; k < e.pivots.size(); ++k) {
+        int size = 0;
+        for (const auto& part : {e.pivots[k], e.boundary[k]})
+            for (const int g : part)
+                size += groups.size(g);
+        largest = std::max(largest, size);
+    }
+    return largest;
+}
+
+/// Multiplications of an LU of single unknowns in an order of minimum degree.
+double scalar_operations(const CscPattern& a) {
+    std::vector<int> order(a.cols);
+    double info[AMD_INFO];
+    if (amd_order(a.cols, a.col_start.data(), a.row.data(), order.data(), nullptr, info) < AMD_OK)
+        throw std::bad_alloc();
+    return info[AMD_NMULTSUBS_LU];
 }
 
 /// Fronts so that every subtree stands together, the parent last.
@@ -367,13 +390,15 @@ BlockStructure block_structure(const CscPattern& pattern) {
     std::iota(own.begin(), own.end(), 0);
     const Elimination by_degree = eliminate(groups, minimum_degree(body_graph(groups)));
     const Elimination as_given = eliminate(groups, own);
+    const double least = operations(groups, by_degree);
+    if (largest_front(groups, by_degree) > large_front && least > most_work * scalar_operations(pattern))
+        return {};
     // along the bodies' own order chains are eliminated from the ground outwards, which keeps the pivots
     // large
-    const bool own_order = operations(groups, as_given) < own_order_worth * operations(groups, by_degree);
-    if (own_order)
+    if (operations(groups, as_given) < own_order_worth * least)
         return complete(pattern, groups, as_given);
     const Elimination from_middle = in_postorder(groups, by_degree, balanced(groups, by_degree));
-    const bool serves = operations(groups, from_middle) < middle_worth * operations(groups, by_degree);
+    const bool serves = operations(groups, from_middle) < middle_worth * least;
     return complete(pattern, groups, serves ? from_middle : by_degree);
 }
 

@@ -73,6 +73,8 @@ struct BlockStructure {
 /// pattern: structurally symmetric, unknowns 0 ... leading - 1 are bodies of six, the rest constraint rows
 /// (CscPattern::leading). Minimum degree on the graph of bodies, or the bodies' own order if that is less
 /// work.
+/// Empty (no fronts) where that is much more work than eliminating single unknowns: all rows of a body with
+/// hundreds of joints would come into one front.
 BlockStructure block_structure(const CscPattern& pattern);
 
 /// The same in a given order of the bodies.

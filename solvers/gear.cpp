@@ -25,7 +25,6 @@ constexpr int most_onset_cuts = 3;
 constexpr double stiff_share = 0.3; // of an error: omega h above 2 (order 2) to 3.5 (order 5)
 constexpr double growth_limit = 2.0;
 constexpr double growth_worth = 1.2; // smaller growth is not worth a new matrix
-constexpr double making = 4;         // of a matrix, in sweeps
 constexpr double closing = 0.7;      // of the constraints once
 } // namespace
 
@@ -72,7 +71,6 @@ void Gear::start(const State& state) {
     contraction_ = 0.5;
     matrix_a0_ = 0;
     refresh_wanted_ = false;
-    work_counted_ = double(statistics_.newton_sweeps) + closing * double(statistics_.constraint_polish);
     full_h_ = 0;
     kink_ = -1e300;
     contact_begun_ = false;
@@ -87,9 +85,8 @@ void Gear::visit(Archive& archive) {
     if (!goes_on_exactly())
         return;
     archive(history_, order_, kink_, contact_begun_, step_order_, t_try_, a0_, matrix_a0_, lambda_points_,
-            matrix_fresh_, refresh_wanted_, matrix_work_, work_counted_, matrix_steps_, contraction_,
-            real_points_, order_cap_, cap_steps_, last_rejection_, steps_at_order_, power_t_, power_,
-            powers_);
+            matrix_fresh_, refresh_wanted_, matrix_work_, matrix_steps_, contraction_, real_points_,
+            order_cap_, cap_steps_, last_rejection_, steps_at_order_, power_t_, power_, powers_);
 }
 
 // Step for which the first-order error, 1/2 h^2 |y''|, is a quarter of the limit; y'' by a trial difference.
@@ -116,6 +113,7 @@ double Gear::first_step(const VecX& q_rate, const VecX& u_rate) {
 }
 
 StepOutcome Gear::attempt(double t_stop, bool& accepted) {
+    work_before_ = work();
     Trial trial = next_trial(t_stop);
     if (!trial.last && t_stop - trial.t < h_) { // two equal steps instead of a long and a very short one
         trial.h = 0.5 * (t_stop - state_.t);
@@ -304,17 +302,15 @@ void Gear::accept(double t, double h, double error) {
 // A matrix grows old: steps need more and more sweeps. It is renewed when a step costs more than the steps
 // with it have cost on average, its making counted in.
 void Gear::weigh_matrix() {
-    const double work = double(statistics_.newton_sweeps) + closing * double(statistics_.constraint_polish);
-    const double step = work - work_counted_;
-    work_counted_ = work;
-    if (matrix_fresh_) {
-        matrix_work_ = making;
-        matrix_steps_ = 0;
-    }
+    const double step = work() - work_before_;
     matrix_work_ += step;
     ++matrix_steps_;
     if (!matrix_fresh_ && !soft() && step * matrix_steps_ > matrix_work_)
         refresh_wanted_ = true;
+}
+
+double Gear::work() const {
+    return double(statistics_.newton_sweeps) + closing * double(statistics_.constraint_polish);
 }
 
 // Error of the step, had it been taken at another order (its polynomial through order + 1 past points).

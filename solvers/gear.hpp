@@ -33,6 +33,7 @@ class Gear final : public ImplicitIntegrator {
     double error_at_order(int order, const VecX& q, const VecX& u);
     void integrate_powers(double t);
     void weigh_matrix();
+    double work() const; // so far, in sweeps
 
     // gear_corrector.cpp: one implicit step
     void predict(double t);
@@ -77,10 +78,10 @@ class Gear final : public ImplicitIntegrator {
     int lambda_points_ = 1; // of the multipliers' predictor
     bool matrix_fresh_ = false, refresh_wanted_ = false;
     double contraction_ = 0.5;
-    // work in sweeps: with the present matrix, its making counted; up to the last accepted step
-    double matrix_work_ = 0, work_counted_ = 0;
-    int matrix_steps_ = 0; // accepted with it
-    int real_points_ = 0; // of the history, without the one made up at the start
+    double matrix_work_ = 0; // sweeps of the steps accepted with the present matrix, and its making
+    int matrix_steps_ = 0;   // those steps
+    double work_before_ = 0; // this try
+    int real_points_ = 0;    // of the history, without the one made up at the start
     int order_cap_ = 5, cap_steps_ = 0;
     long last_rejection_ = -1000;
     int steps_at_order_ = 0;

@@ -13,6 +13,7 @@ namespace gudgeon {
 namespace {
 
 constexpr int most_sweeps = 6;
+constexpr double making = 4;               // of a matrix, in sweeps
 constexpr double newton_share = 0.1;       // of the error limit left to the corrector
 constexpr double contraction_ageing = 1.3; // per step: what was measured long ago may no longer hold
 constexpr double multiplier_share = 0.03;  // largest relative change of multipliers in the last sweep
@@ -96,6 +97,8 @@ Gear::Corrector Gear::refresh_matrix(double t) {
     const PhaseTimer timer(statistics_.seconds.factor);
     matrix_fresh_ = true;
     refresh_wanted_ = false;
+    matrix_work_ = making;
+    matrix_steps_ = 0;
     const FactorStatus status = solver_.factor(values_);
     matrix_a0_ = status.ok() ? a0_ : 0;
     return factored(status, t);

@@ -18,18 +18,17 @@ struct FactorStatus {
 
 struct LinearSolverCounts {
     long analyses = 0;
-    long factorisations = 0;         // full, with a new choice of pivots
-    long refactorisations = 0;       // with the pivots of the last full one, and accepted
-    long solves = 0;                 // right-hand sides
-    long refinements = 0;            // corrections by iterative refinement, per right-hand side
-    int off_diagonal_pivots = 0;     // of the last full factorisation
-    double worst_growth = 0;         // largest max|U(:,k)| / max|A(:,k)| met, of the scaled matrix
+    long factorisations = 0;     // full, with a new choice of pivots
+    long refactorisations = 0;   // with the pivots (blocks: the storage) of the last full one, and accepted
+    long solves = 0;             // right-hand sides
+    long refinements = 0;        // corrections by iterative refinement, per right-hand side
+    int off_diagonal_pivots = 0; // of the last full factorisation
+    double worst_growth = 0;     // largest max|U(:,k)| / max|A(:,k)| met, of the scaled matrix
     double worst_backward_error = 0; // largest componentwise backward error met before refinement
-    // of the augmented Lagrangian (augmented_solver.hpp)
     long cholmod_factorisations = 0;
     long cholmod_solves = 0;     // right-hand sides
     long cholmod_iterations = 0; // each one pair of triangular solves; two right-hand sides may share them
-    long klu_fallbacks = 0;      // factorisations that KLU had to take over
+    long klu_fallbacks = 0;      // factorisations that KLU had to take over from blocks or from CHOLMOD
 };
 
 /// One object per matrix pattern and thread; two objects share nothing.

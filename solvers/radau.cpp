@@ -48,10 +48,10 @@ Radau::Radau(const System& system, const IntegratorOptions& options)
 void Radau::analyse_complex() {
     if (pair_)
         pair_->analyse(saddle_.pattern());
-    else if (formulation_ == Formulation::saddle_point_klu)
-        complex_.analyse(saddle_.pattern());
+    else if (auto structure = static_cast<BlockSolver&>(solver_).shared_structure())
+        complex_.analyse(std::move(structure));
     else
-        complex_.analyse(static_cast<BlockSolver&>(solver_).shared_structure());
+        complex_.analyse(saddle_.pattern());
     complex_values_.assign(saddle_.pattern().nonzeros(), 0.0);
 }
 

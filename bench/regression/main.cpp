@@ -1,9 +1,11 @@
 // gudgeon_regression: counts the kernels of Gudgeon under callgrind; see README.md.
 
 #include "kernels.hpp"
+#include "solvers/block_kernels.hpp"
 
 int main(int argc, char** argv) {
     using namespace gudgeon::kernels;
+    gudgeon::use_portable_block_kernels(); // the same on every machine
     std::vector<counted::Kernel> counted_kernels;
     for (const Kernel& kernel : all_kernels())
         counted_kernels.push_back({kernel.name, [kernel] {

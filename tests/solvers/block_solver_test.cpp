@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <random>
 #include <set>
@@ -215,6 +216,57 @@ TEST(BlockSolver, KluTakesOverWhereABlockHasNoPivot) {
     Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(12, 1, 12), b = k * x;
     solver.solve({b.data(), 12}, 1);
     EXPECT_LT((b - x).norm(), 1e-13);
+}
+
+/// A hub with arms on spherical joints.
+CscPattern star(int arms) {
+    Model model;
+    Body body;
+    body.mass = 1;
+    body.inertia = Mat3::Identity();
+    for (int i = 0; i <= arms; ++i) {
+        body.name = "body" + std::to_string(i);
+        body.position = Vec3(std::cos(i), std::sin(i), 0.1 * i);
+        model.bodies.push_back(body);
+        if (i == 0)
+            continue;
+        Joint joint;
+        joint.name = "joint" + std::to_string(i);
+        joint.kind = JointKind::spherical;
+        joint.bodies = {"body0", body.name};
+        joint.points = {body.position, body.position};
+        model.joints.push_back(joint);
+    }
+    return SaddleMatrix(compiled(std::move(model))).pattern();
+}
+
+TEST(BlockSolver, KluTakesHubsOfManyJoints) {
+    BlockSolver few, many;
+    few.analyse(star(6));
+    many.analyse(star(200));
+    EXPECT_STREQ(few.name(), "block");
+    EXPECT_STREQ(many.name(), "klu");
+    EXPECT_TRUE(block_structure(star(200)).fronts.empty());
+}
+
+TEST(BlockSolver, LoadedFactorsGiveTheSameBits) {
+    const Stage good = stage_of("chain", {{"links", "5"}});
+    const Stage soft = stage_of("four-bar", {{"loops", "3"}}, 700, Rows::soft); // in double precision
+    for (const Stage* stage : {&good, &soft}) {
+        BlockSolver saved({.single_precision = true}), loaded({.single_precision = true});
+        saved.analyse(stage->pattern);
+        loaded.analyse(stage->pattern);
+        ASSERT_TRUE(saved.factor(stage->values).ok());
+        Archive writing;
+        saved.visit(writing);
+        Archive reading(writing.content());
+        loaded.visit(reading);
+        std::vector<double> x(stage->pattern.cols, 1.0), y = x;
+        saved.solve(x);
+        loaded.solve(y);
+        EXPECT_EQ(x, y);
+        EXPECT_EQ(loaded.counts().factorisations, 1);
+    }
 }
 
 TEST(BlockSolver, SingularMatrixIsRefusedWithAColumn) {
