@@ -124,7 +124,7 @@ TEST(BlockKernels, SameBitsOnEveryProcessor) {
             const MatrixXcd f = random_front(s.size(), planes, 77 + s.pivots);
             std::vector<double> front[2], y[2];
             const BlockKernels* kernels[2]{&portable_block_kernels(), &block_kernels()};
-            const std::vector<double> x = stored(random_front(s.size(), planes, 3), planes, s.size());
+            const std::vector<double> x = stored(random_front(s.size() + 2, planes, 3), planes, s.size() + 2);
             for (int k = 0; k < 2; ++k) {
                 front[k] = stored(f, planes, s.height());
                 y[k].assign(2 * std::size_t(planes) * s.height(), 0.0);
