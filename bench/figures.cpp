@@ -1,15 +1,15 @@
 // gudgeon_figures: tables of work and time, as CSV and as text. See bench/README.md.
 
 #include "bench/figures/tables.hpp"
+#include "bench/work_precision/machine.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <thread>
+#include <string>
 
 namespace {
 
@@ -17,20 +17,13 @@ using gudgeon::figures::Options;
 
 /// The machine and the build, beside the tables.
 void write_machine(const std::filesystem::path& folder) {
-    std::string processor = "unknown";
-    std::ifstream info("/proc/cpuinfo");
-    for (std::string line; std::getline(info, line);)
-        if (line.rfind("model name", 0) == 0) {
-            processor = line.substr(line.find(':') + 2);
-            break;
-        }
-    double load = 0;
-    std::ifstream("/proc/loadavg") >> load;
+    const nlohmann::json machine = gudgeon::work_precision::describe_machine();
+    const auto text = [&](const char* key) { return machine[key].get<std::string>(); };
     std::ofstream(folder / "machine.txt")
         << fmt::format("processor: {}\ncores: {}\nload at the start: {}\ncompiler: {}\nbuild: {}\n"
                        "version: {}\n",
-                       processor, std::thread::hardware_concurrency(), load, __VERSION__, GUDGEON_BUILD_TYPE,
-                       GUDGEON_VERSION);
+                       text("processor"), machine["cores"].get<unsigned>(), machine["load"].get<double>(),
+                       text("compiler"), text("build"), text("version"));
 }
 
 /// Small sizes, to see that everything works.
