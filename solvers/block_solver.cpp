@@ -55,8 +55,6 @@ template <class Scalar> void BlockSolverOf<Scalar>::analyse(std::shared_ptr<cons
 }
 
 template <class Scalar> void BlockSolverOf<Scalar>::make_klu(const CscPattern& pattern) {
-    if (klu_)
-        return;
     if constexpr (std::is_same_v<Scalar, double>)
         klu_ = std::make_unique<Klu>(KluOptions{.refinements = 0});
     else
