@@ -1,6 +1,6 @@
 #include "solvers/bdf_history.hpp"
 
-#include "solvers/parallel.hpp"
+#include "core/parallel.hpp"
 
 #include <algorithm>
 #include <cmath>

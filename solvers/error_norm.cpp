@@ -1,6 +1,6 @@
 #include "solvers/error_norm.hpp"
 
-#include "solvers/parallel.hpp"
+#include "core/parallel.hpp"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 
 #include "solvers/gear.hpp"
 
-#include "solvers/parallel.hpp"
+#include "core/parallel.hpp"
 #include "solvers/phase_timer.hpp"
 
 #include <algorithm>

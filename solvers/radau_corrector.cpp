@@ -1,7 +1,7 @@
 // The stage equations of Radau IIA: start values, simplified Newton sweeps, closing of the constraints.
 
 #include "solvers/bdf_history.hpp"
-#include "solvers/parallel.hpp"
+#include "core/parallel.hpp"
 #include "solvers/phase_timer.hpp"
 #include "solvers/radau.hpp"
 #include "solvers/radau_coefficients.hpp"
