@@ -121,6 +121,14 @@ GUDGEON_INLINE void clear_row_tall(double* f, int size, int height, int k, doubl
     }
 }
 
+/// clear_row() where the height is one of `fours` times four; else false.
+template <int planes, int width, int... fours>
+GUDGEON_INLINE bool clear_short_row(double* f, int size, int height, int k, double re, double im) {
+    return ((height == 4 * fours &&
+             (clear_row<planes, width, fours*(4 / width)>(f, size, height, k, re, im), true)) ||
+            ...);
+}
+
 /// Exchanges unknown k (Gauss & Jordan).
 template <int planes, int width> GUDGEON_INLINE void exchange(double* f, int size, int height, int k) {
     double* column = f + long(k) * planes * height;
@@ -133,26 +141,8 @@ template <int planes, int width> GUDGEON_INLINE void exchange(double* f, int siz
     } else {
         re = 1 / re;
     }
-    constexpr int each = 4 / width; // vectors for four numbers
-    switch (height / 4) {
-    case 2:
-        clear_row<planes, width, 2 * each>(f, size, height, k, re, im);
-        break;
-    case 3:
-        clear_row<planes, width, 3 * each>(f, size, height, k, re, im);
-        break;
-    case 4:
-        clear_row<planes, width, 4 * each>(f, size, height, k, re, im);
-        break;
-    case 5:
-        clear_row<planes, width, 5 * each>(f, size, height, k, re, im);
-        break;
-    case 6:
-        clear_row<planes, width, 6 * each>(f, size, height, k, re, im);
-        break;
-    default:
+    if (!clear_short_row<planes, width, 2, 3, 4, 5, 6>(f, size, height, k, re, im))
         clear_row_tall<planes, width>(f, size, height, k, re, im);
-    }
     for (int i = 0; i < height; ++i) {
         if constexpr (planes == 1) {
             column[i] = -column[i] * re;
