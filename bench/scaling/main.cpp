@@ -1,6 +1,6 @@
 // gudgeon_scaling: CPU time and memory per body against the number of bodies. See README.md.
 
-#include "bench/figures/table.hpp"
+#include "bench/common/table.hpp"
 #include "bench/scaling/case.hpp"
 
 #include <CLI/CLI.hpp>
@@ -16,8 +16,8 @@
 
 namespace {
 
-using gudgeon::figures::cell;
-using gudgeon::figures::Table;
+using gudgeon::bench::cell;
+using gudgeon::bench::Table;
 using namespace gudgeon::scaling;
 
 struct Options {

@@ -1,6 +1,6 @@
 #include "bench/work_precision/measurement.hpp"
 
-#include "bench/work_precision/machine.hpp"
+#include "bench/common/machine.hpp"
 #include "bench/work_precision/solution_table.hpp"
 
 #include <fmt/format.h>
@@ -114,7 +114,7 @@ std::vector<Cell> cells(const Problem& problem, const Row& row) {
         {"rejected_error", count(s.rejected_error)},
         {"rejected_newton", count(s.rejected_newton)},
         {"rejected_contact", count(s.rejected_contact)},
-        {"cpu_median_s", number(row.measured() ? figures::median(row.seconds) : nan)},
+        {"cpu_median_s", number(row.measured() ? bench::median(row.seconds) : nan)},
         {"repeats", row.measured() ? nlohmann::json(row.seconds.size()) : nlohmann::json()},
         {"setup_s", number(run ? row.setup : nan)},
         {"bodies", count(row.bodies)},
@@ -136,7 +136,7 @@ class Output {
   public:
     explicit Output(const std::filesystem::path& folder) : folder_(folder) {
         std::filesystem::create_directories(folder);
-        json_["machine"] = describe_machine();
+        json_["machine"] = bench::describe_machine();
         json_["problems"] = nlohmann::json::array();
         json_["runs"] = nlohmann::json::array();
     }
@@ -164,7 +164,7 @@ class Output {
             csv_ += fmt::format("{}\n", fmt::join(line, ","));
             json_["runs"].push_back(run);
         }
-        json_["machine"]["load_end"] = load_now();
+        json_["machine"]["load_end"] = bench::load_now();
         write("work_precision.csv", csv_);
         write("work_precision.json", json_.dump(1) + "\n");
     }
@@ -187,7 +187,7 @@ class Output {
 void measure_all(const Options& options) {
     Output output(options.out);
     for (Problem& problem : chosen_problems(options.problems, options.largest)) {
-        const double begin = figures::wall_seconds();
+        const double begin = bench::wall_seconds();
         load_reference(problem, options.tables, options.data);
         std::vector<Row> rows;
         for (const auto& curve : curves_of(problem, options))
@@ -196,7 +196,7 @@ void measure_all(const Options& options) {
         time_rows(problem, options, rows);
         output.add(problem, rows);
         fmt::print(stderr, "{}: {} runs, {:.1f} s\n", problem.id(), rows.size(),
-                   figures::wall_seconds() - begin);
+                   bench::wall_seconds() - begin);
     }
 }
 

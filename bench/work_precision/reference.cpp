@@ -1,6 +1,6 @@
 #include "bench/work_precision/reference.hpp"
 
-#include "bench/figures/measure.hpp"
+#include "bench/common/measure.hpp"
 #include "bench/work_precision/solution_table.hpp"
 #include "core/channels.hpp"
 #include "solvers/simulation.hpp"
@@ -22,10 +22,10 @@ struct Made {
 };
 
 Made make(const Problem& problem, const Making& making) {
-    const double begin = figures::cpu_seconds();
+    const double begin = bench::cpu_seconds();
     Simulation sim(
         problem.model(),
-        figures::simulation_options({making.integrator, making.rtol > 0 ? making.rtol : 1e-6, making.step}));
+        bench::simulation_options({making.integrator, making.rtol > 0 ? making.rtol : 1e-6, making.step}));
     const Channels channels(sim.system(), problem.channels);
     Made made;
     made.table.names = {"t"};
@@ -43,7 +43,7 @@ Made make(const Problem& problem, const Making& making) {
         for (std::size_t c = 0; c < values.size(); ++c)
             made.table.values[c + 1].push_back(values[c]);
     }
-    made.seconds = figures::cpu_seconds() - begin;
+    made.seconds = bench::cpu_seconds() - begin;
     return made;
 }
 

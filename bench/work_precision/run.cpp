@@ -11,7 +11,7 @@ namespace gudgeon::work_precision {
 
 namespace {
 
-using figures::cpu_seconds;
+using bench::cpu_seconds;
 
 constexpr double lost_error = 1;      // m
 constexpr double certain_factor = 10; // errors below this many uncertainties of the reference say nothing
@@ -64,7 +64,7 @@ Row measure_error(const Problem& problem, const Settings& settings) {
     row.settings = settings;
     const double before = cpu_seconds();
     try {
-        Simulation sim(problem.model(), figures::simulation_options(settings));
+        Simulation sim(problem.model(), bench::simulation_options(settings));
         const double begin = cpu_seconds();
         row.setup = begin - before;
         row.bodies = sim.system().moving;
@@ -87,7 +87,7 @@ void measure_times(const Problem& problem, const std::vector<Row*>& rows, int re
     for (int repeat = 0; repeat < repeats; ++repeat) {
         for (Row* row : rows) {
             const double before = cpu_seconds();
-            Simulation sim(problem.model(), figures::simulation_options(row->settings));
+            Simulation sim(problem.model(), bench::simulation_options(row->settings));
             const double begin = cpu_seconds();
             sim.advance_past(problem.end, problem.end);
             row->seconds.push_back(cpu_seconds() - begin);

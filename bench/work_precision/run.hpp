@@ -1,7 +1,7 @@
 // Runs of a problem: error against its reference, work, CPU time.
 #pragma once
 
-#include "bench/figures/measure.hpp"
+#include "bench/common/measure.hpp"
 #include "bench/work_precision/problems.hpp"
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace gudgeon::work_precision {
 
-using Settings = figures::Settings;
+using Settings = bench::Settings;
 
 /// One line of the table.
 struct Row {

@@ -1,8 +1,8 @@
 // Blocks, KLU and CHOLMOD: the same runs with all formulations of the linear systems.
 
-#include "bench/figures/measure.hpp"
-#include "bench/figures/table.hpp"
-#include "bench/figures/tables.hpp"
+#include "bench/formulations/formulations.hpp"
+#include "bench/common/measure.hpp"
+#include "bench/common/table.hpp"
 #include "models/mechanisms.hpp"
 
 #include <fmt/format.h>
@@ -12,12 +12,15 @@
 #include <limits>
 #include <optional>
 
-namespace gudgeon::figures {
+namespace gudgeon::formulations {
 
 namespace {
 
+using bench::cell, bench::cpu_seconds, bench::median, bench::Settings, bench::simulation_options,
+    bench::Table, bench::wall_seconds;
+
 const char* const title =
-    "The same runs with the saddle point on KLU and the augmented Lagrangian on CHOLMOD.";
+    "The same runs with the saddle point by blocks and by KLU and the augmented Lagrangian by CHOLMOD.";
 constexpr int most_referenced = 1000; // bodies; longer runs are not repeated at a tight tolerance
 constexpr double tight = 1e-3;        // of the tolerance, for the reference
 
@@ -91,20 +94,20 @@ std::vector<std::string> cells(const std::string& mechanism, const std::string& 
 void compare(const std::string& mechanism, int bodies, const std::string& integrator, const Options& o,
              Table& table) {
     fmt::print(stderr, "formulations: {} {} {}\n", mechanism, integrator, bodies);
-    Settings settings{integrator, o.formulation_rtol, 0};
+    Settings settings{integrator, o.rtol, 0};
     std::vector<Run> runs(o.formulations.size());
     const double begin = cpu_seconds();
     do
         for (std::size_t i = 0; i < runs.size(); ++i) {
             settings.formulation = o.formulations[i];
-            run(mechanism, bodies, settings, o.formulation_end, runs[i]);
+            run(mechanism, bodies, settings, o.end, runs[i]);
         }
     while (static_cast<int>(runs[0].seconds.size()) < o.repeats && cpu_seconds() - begin < o.budget);
     std::optional<Run> reference;
     if (bodies <= most_referenced) {
         settings.rtol *= tight;
         settings.formulation = "saddle-point";
-        run(mechanism, bodies, settings, o.formulation_end, reference.emplace());
+        run(mechanism, bodies, settings, o.end, reference.emplace());
     }
     for (std::size_t i = 0; i < runs.size(); ++i)
         table.add(
@@ -114,16 +117,16 @@ void compare(const std::string& mechanism, int bodies, const std::string& integr
 
 } // namespace
 
-void formulations(const Options& options) {
+void compare_all(const Options& options) {
     Table table({"mechanism", "integrator", "formulation", "bodies", "rows", "status", "steps", "cpu",
                  "over_first", "us_total", "us_factor", "us_solve", "sweeps_step", "nnz_factors_body",
                  "passes_solve", "klu_fallbacks", "error"});
-    for (const std::string& mechanism : options.formulation_mechanisms)
-        for (const std::string& integrator : options.formulation_integrators)
+    for (const std::string& mechanism : options.mechanisms)
+        for (const std::string& integrator : options.integrators)
             for (const int bodies : options.bodies) {
                 compare(mechanism, bodies, integrator, options, table);
                 table.write(options.out, "formulations", title);
             }
 }
 
-} // namespace gudgeon::figures
+} // namespace gudgeon::formulations

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace gudgeon::figures {
+namespace gudgeon::bench {
 
 class Table {
   public:
@@ -29,4 +29,4 @@ class Table {
 std::string cell(double value);
 std::string cell(long value);
 
-} // namespace gudgeon::figures
+} // namespace gudgeon::bench

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace gudgeon::figures {
+namespace gudgeon::bench {
 
 /// CPU time of this process, all threads, s.
 double cpu_seconds();
@@ -23,4 +23,4 @@ struct Settings {
 
 SimulationOptions simulation_options(const Settings& settings);
 
-} // namespace gudgeon::figures
+} // namespace gudgeon::bench

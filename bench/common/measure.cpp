@@ -1,11 +1,11 @@
-#include "bench/figures/measure.hpp"
+#include "bench/common/measure.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <ctime>
 #include <limits>
 
-namespace gudgeon::figures {
+namespace gudgeon::bench {
 
 double cpu_seconds() {
     timespec now{};
@@ -34,4 +34,4 @@ SimulationOptions simulation_options(const Settings& settings) {
     return options;
 }
 
-} // namespace gudgeon::figures
+} // namespace gudgeon::bench

@@ -1,4 +1,4 @@
-#include "bench/figures/table.hpp"
+#include "bench/common/table.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <stdexcept>
 
-namespace gudgeon::figures {
+namespace gudgeon::bench {
 
 namespace {
 
@@ -59,4 +59,4 @@ void Table::write(const std::filesystem::path& folder, const std::string& name,
 std::string cell(double value) { return std::isnan(value) ? "-" : fmt::format("{:.3g}", value); }
 std::string cell(long value) { return fmt::format("{}", value); }
 
-} // namespace gudgeon::figures
+} // namespace gudgeon::bench

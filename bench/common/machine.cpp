@@ -1,4 +1,4 @@
-#include "bench/work_precision/machine.hpp"
+#include "bench/common/machine.hpp"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-namespace gudgeon::work_precision {
+namespace gudgeon::bench {
 
 namespace {
 
@@ -46,4 +46,4 @@ nlohmann::json describe_machine() {
             {"date", fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(std::time(nullptr)))}};
 }
 
-} // namespace gudgeon::work_precision
+} // namespace gudgeon::bench

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace gudgeon::work_precision {
+namespace gudgeon::bench {
 
 /// processor, cores, load (of the last minute), compiler, build, version, date (UTC); commit where the
 /// environment's GUDGEON_COMMIT tells it.
@@ -12,4 +12,4 @@ nlohmann::json describe_machine();
 /// Average of the last minute; 0 where it is not known.
 double load_now();
 
-} // namespace gudgeon::work_precision
+} // namespace gudgeon::bench
