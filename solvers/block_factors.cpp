@@ -63,13 +63,11 @@ template <class Scalar> void BlockFactors<Scalar>::find_scale(std::span<const Sc
         const double own = s.diagonal[x] < 0 ? 0 : size_of(values[s.diagonal[x]]);
         scale_[x] = own > 0 ? std::ldexp(1.0, -std::ilogb(own) / 2) : 0;
     }
-    for (const Front& front : s.fronts) {
-        for (int e = front.entry_start; e < front.row_end; ++e) {
-            const FrontEntry entry = s.entries[e];
-            double& row = scale_[s.unknown(front, entry.col)];
-            row = std::min(row, -scale_[s.unknown(front, entry.row)] * size_of(values[entry.slot]));
-        }
-    }
+    for (const Front& front : s.fronts)
+        s.for_entries(front.entry_start, front.row_end, [&](int place, int col, int slot) {
+            double& row = scale_[s.unknown(front, col)];
+            row = std::min(row, -scale_[s.unknown(front, place)] * size_of(values[slot]));
+        });
     for (double& scale : scale_) // of rows: negative so far
         scale = scale < 0 ? std::ldexp(1.0, -std::ilogb(scale)) : scale > 0 ? scale : 1.0;
 }
@@ -83,11 +81,15 @@ void BlockFactors<Scalar>::assemble(const Front& front, std::span<const Scalar> 
         bench.scale[front.pivots + i] = scale_[s.boundary[front.boundary_start + i]];
     std::fill_n(bench.front.begin(), std::size_t(planes) * height * front.size(), 0.0);
     for (int e = front.entry_start; e < front.entry_end; ++e) {
-        const FrontEntry entry = s.entries[e];
-        const double factor = bench.scale[entry.row] * bench.scale[entry.col];
+        const FrontEntries entry = s.entries[e];
+        const double* scale = bench.scale.data() + entry.row;
+        const Scalar* from = values.data() + entry.slot;
         double* to = bench.front.data() + std::size_t(entry.col) * planes * height + entry.row;
-        for (int p = 0; p < planes; ++p)
-            to[p * height] = factor * part_of(values[entry.slot], p);
+        for (int i = 0; i < entry.count(); ++i) {
+            const double factor = scale[i] * bench.scale[entry.col];
+            for (int p = 0; p < planes; ++p)
+                to[p * height + i] = factor * part_of(from[i], p);
+        }
     }
 }
 
@@ -315,10 +317,10 @@ template <class Scalar> double BlockFactors<Scalar>::backward_error(std::span<co
     std::vector<double> terms(s.unknowns, 0.0);
     const auto for_entries = [&](auto&& visit) {
         for (const Front& front : s.fronts)
-            for (int e = front.entry_start; e < front.entry_end; ++e)
-                visit(s.order[s.unknown(front, s.entries[e].row)],
-                      s.order[s.unknown(front, s.entries[e].col)], scale_[s.unknown(front, s.entries[e].row)],
-                      scale_[s.unknown(front, s.entries[e].col)], values[s.entries[e].slot]);
+            s.for_entries(front.entry_start, front.entry_end, [&](int row, int col, int slot) {
+                const int i = s.unknown(front, row), j = s.unknown(front, col);
+                visit(s.order[i], s.order[j], scale_[i], scale_[j], values[slot]);
+            });
     };
     for_entries(
         [&](int i, int j, double, double scale, Scalar value) { right[i] += value * (scale * sign(j)); });
