@@ -10,10 +10,13 @@ namespace gudgeon {
 void interpolation_weights(std::span<const double> times, double t, double* w) {
     const std::size_t n = times.size();
     for (std::size_t i = 0; i < n; ++i) {
-        w[i] = 1;
+        double above = 1, below = 1; // one division a weight
         for (std::size_t j = 0; j < n; ++j)
-            if (j != i)
-                w[i] *= (t - times[j]) / (times[i] - times[j]);
+            if (j != i) {
+                above *= t - times[j];
+                below *= times[i] - times[j];
+            }
+        w[i] = above / below;
     }
 }
 

@@ -13,6 +13,16 @@ namespace {
 constexpr double back_to_single = 5e-3;
 constexpr double pivot_for_single = 1e-3; // of the scaled matrix; with smaller ones digits are lost
 
+constexpr std::size_t ahead = 2; // fronts
+
+/// Blocks of fronts lie apart, each pass leaving out the other's: their lines are asked for before their
+/// turn.
+template <class Stored> void fetch(const Stored* block, long size) {
+    constexpr long line = 64 / sizeof(Stored), most = 16 * line;
+    for (long i = 0; i < std::min(size, most); i += line)
+        __builtin_prefetch(block + i);
+}
+
 template <class Stored> Stored narrowed(double x) { return static_cast<Stored>(x); }
 
 double size_of(double x) { return std::abs(x); }
@@ -229,9 +239,14 @@ void BlockFactors<Scalar>::forward(int part, const std::vector<Stored>& factors,
     const auto product = block_kernels().product_of<Stored>(planes);
     const long stride = s.unknowns + s.sums;
     double* y = benches_[part].product.data();
-    for (const int k : s.parts[part].fronts) {
-        const Front& front = s.fronts[k];
+    const std::vector<int>& fronts = s.parts[part].fronts;
+    for (std::size_t i = 0; i < fronts.size(); ++i) {
+        const Front& front = s.fronts[fronts[i]];
         const int height = front.height();
+        if (i + ahead < fronts.size()) {
+            const Front& later = s.fronts[fronts[i + ahead]];
+            fetch(factors.data() + planes * later.factor_start, long(planes) * later.height() * later.pivots);
+        }
         product(factors.data() + planes * front.factor_start, height, front.pivots, x_.data() + front.first,
                 planes * stride, stride, y, long(planes) * height, columns);
         const int* place = s.sum_place.data() + front.boundary_start;
@@ -255,6 +270,11 @@ void BlockFactors<Scalar>::backward(int part, const std::vector<Stored>& factors
     double *y = benches_[part].product.data(), *gathered = benches_[part].gathered.data();
     for (std::size_t i = fronts.size(); i-- > 0;) {
         const Front& front = s.fronts[fronts[i]];
+        if (i >= ahead) {
+            const Front& later = s.fronts[fronts[i - ahead]];
+            fetch(factors.data() + planes * (later.factor_start + long(later.height()) * later.pivots),
+                  long(planes) * later.pivot_height() * later.boundary);
+        }
         if (front.boundary == 0)
             continue;
         const int height = front.pivot_height();

@@ -104,8 +104,8 @@ void ContactWatch::move_bodies(double t, int channel, Workspace& ws, const Motio
 }
 
 // Where the depth passes zero upwards in [t0, t1], by Newton's method kept inside a shrinking bracket.
-// Leaves the motion of the channel's bodies at t1.
-ContactWatch::Crossing ContactWatch::crossing(double t0, double t1, int channel, Workspace& ws,
+// guess: tried first where it lies inside. Leaves the motion of the channel's bodies at t1.
+ContactWatch::Crossing ContactWatch::crossing(double t0, double t1, int channel, double guess, Workspace& ws,
                                               const MotionAt& motion_at) {
     double low = t0, high = t1;
     const ForceBatch& batch = *system_.forces[system_.contacts[channel].batch];
@@ -125,6 +125,8 @@ ContactWatch::Crossing ContactWatch::crossing(double t0, double t1, int channel,
         if (inside && newton == t)
             break;
         t = inside ? newton : 0.5 * (low + high);
+        if (i == 0 && guess > low && guess < high)
+            t = guess;
         move_bodies(t, channel, ws, motion_at);
         at = batch.approach(evaluation(system_, ws, t), channel);
     }
@@ -157,8 +159,9 @@ ContactWatch::Verdict ContactWatch::judge(double t0, double t1, Workspace& ws, c
     sample_contacts(system_, t1, ws);
     verdict.end = t1;
     ws.for_near(system_, [&](std::size_t, int first, int last) {
+        double guess = t0; // strips of a joint begin together
         for (int c = first; c < last; ++c)
-            weigh(t0, t1, c, true, ws, motion_at, verdict);
+            weigh(t0, t1, c, true, guess, ws, motion_at, verdict);
     });
     if (!verdict.ok) {
         rejected_ = verdict.channel;
@@ -167,34 +170,60 @@ ContactWatch::Verdict ContactWatch::judge(double t0, double t1, Workspace& ws, c
     return verdict;
 }
 
+// The earliest of the ends that the channels ask for. Most need no search for their start: they are still
+// apart at the end that another one asks for. That of the longest way past zero is looked at first.
 double ContactWatch::foresee(double t0, double t1, Workspace& ws, const MotionAt& carried_on) {
     if (idle() || onset_ == Onset::ignored)
         return t1;
     const Evaluation e = evaluation(system_, ws, t1);
     for (const auto& batch : system_.forces)
         batch->find_fresh(e, fresh_.data());
-    Verdict verdict;
-    verdict.end = t1;
+    deep_.clear();
+    std::size_t first_met = 0;
+    double longest = -1;
     for (std::size_t k = 0; k < before_apart_.size(); ++k) {
         const int first = system_.contact_elements[k];
         if (!fresh_[first])
             continue;
         system_.forces[system_.contacts[first].batch]->sample_element(e, first, ws.samples);
-        for (int c = first; c < system_.contact_elements[k + 1]; ++c)
-            weigh(t0, t1, c, false, ws, carried_on, verdict);
+        for (int c = first; c < system_.contact_elements[k + 1]; ++c) {
+            const ContactSample& sample = ws.samples[c];
+            // a higher speed at the start would allow more
+            if (!(sample.depth > 0) || touching(ws.contacts, c) ||
+                sample.depth <= threshold(c, std::abs(sample.rate), sample))
+                continue;
+            if (const double way = sample.depth / std::abs(sample.rate); way > longest) {
+                longest = way;
+                first_met = deep_.size();
+            }
+            deep_.push_back(c);
+        }
+    }
+    Verdict verdict;
+    verdict.end = t1;
+    if (!deep_.empty())
+        std::swap(deep_.front(), deep_[first_met]);
+    for (const int c : deep_) {
+        if (!verdict.ok) {
+            move_bodies(verdict.end, c, ws, carried_on);
+            const ForceBatch& batch = *system_.forces[system_.contacts[c].batch];
+            if (!(batch.approach(evaluation(system_, ws, verdict.end), c).depth > 0))
+                continue;
+        }
+        double guess = verdict.end;
+        weigh(t0, t1, c, false, guess, ws, carried_on, verdict);
     }
     return verdict.end;
 }
 
 // One channel of a step that ends as ws.samples says. What begins shallow counts where its start is wanted.
-void ContactWatch::weigh(double t0, double t1, int c, bool start_wanted, Workspace& ws,
+void ContactWatch::weigh(double t0, double t1, int c, bool start_wanted, double& guess, Workspace& ws,
                          const MotionAt& motion_at, Verdict& verdict) {
     const ContactSample& sample = ws.samples[c];
     if (!(sample.depth > 0) || touching(ws.contacts, c))
         return;
-    if (!start_wanted && sample.depth <= threshold(c, std::abs(sample.rate), sample))
-        return; // a higher speed at the start allows more
-    const Crossing start = crossing(t0, t1, c, ws, motion_at);
+    const Crossing start = crossing(t0, t1, c, guess, ws, motion_at);
+    guess = start.t;
     if (start_wanted)
         starts_.push_back(start);
     if (onset_ == Onset::ignored)
@@ -230,7 +259,7 @@ ContactEvent ContactWatch::end_of_contact(double t0, double t1, int channel, Wor
 }
 
 void ContactWatch::begin_contact(const Crossing& start, const ContactSample& sample, State& state) {
-    changed_ = true;
+    mark(start.channel);
     state.contacts.start_speed[start.channel] = start.speed;
     state.contacts.start_time[start.channel] = start.t;
     const ContactChannel& channel = system_.contacts[start.channel];
@@ -242,6 +271,20 @@ void ContactWatch::begin_contact(const Crossing& start, const ContactSample& sam
         start.channel,
         0.5 * start.speed * start.speed / (std::max(sample.share, least_share) * sample.inverse_mass));
     suggested_ = std::min(suggested_, step_per_rise * rise / start.speed);
+}
+
+// A contact of the channel's element has begun or ended: its forces are others than sampled.
+void ContactWatch::mark(int channel) {
+    changed_ = true;
+    const std::vector<int>& first = system_.contact_elements;
+    fresh_[*std::prev(std::ranges::upper_bound(first, channel))] = 1;
+}
+
+void ContactWatch::sample_marked(double t, Workspace& ws) const {
+    const Evaluation e = evaluation(system_, ws, t);
+    for (std::size_t k = 0; changed_ && k < before_apart_.size(); ++k)
+        if (const int first = system_.contact_elements[k]; fresh_[first])
+            system_.forces[system_.contacts[first].batch]->sample_element(e, first, ws.samples);
 }
 
 std::string ContactWatch::culprit(int body) const {
@@ -268,6 +311,7 @@ void ContactWatch::commit(double t0, double t1, State& state, Workspace& ws) {
     changed_ = false;
     if (idle())
         return;
+    std::ranges::fill(fresh_, 0);
     std::ranges::sort(starts_, {}, &Crossing::t);
     std::vector<ContactEvent> ended;
     for (const Crossing& start : std::exchange(starts_, {}))
@@ -276,7 +320,7 @@ void ContactWatch::commit(double t0, double t1, State& state, Workspace& ws) {
         const ContactSample& sample = ws.samples[c];
         if (sample.depth <= 0 && touching(state.contacts, c)) {
             state.contacts.start_speed[c] = -1;
-            changed_ = true;
+            mark(c);
             if (on_contact)
                 ended.push_back(end_of_contact(t0, t1, c, ws));
         } else if (onset_ == Onset::root && sample.depth <= 0 && sample.rate > 0) {
@@ -296,8 +340,7 @@ void ContactWatch::commit(double t0, double t1, State& state, Workspace& ws) {
         ws.contacts.start_time[c] = state.contacts.start_time[c];
         ws.contacts.place[c] = state.contacts.place[c];
     });
-    if (changed_)
-        sample_contacts(system_, t1, ws);
+    sample_marked(t1, ws);
     record(t0, t1, state, ws);
     keep(ws);
 }

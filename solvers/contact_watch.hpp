@@ -78,10 +78,13 @@ class ContactWatch {
         double depth; // m or rad, there: 0 but for contacts that appear at a depth
         void visit(Archive& archive) { archive(channel, t, speed, depth); }
     };
-    void weigh(double t0, double t1, int channel, bool start_wanted, Workspace& ws, const MotionAt& motion_at,
-               Verdict& verdict);
+    void weigh(double t0, double t1, int channel, bool start_wanted, double& guess, Workspace& ws,
+               const MotionAt& motion_at, Verdict& verdict);
+    void mark(int channel);
+    void sample_marked(double t, Workspace& ws) const;
     void move_bodies(double t, int channel, Workspace& ws, const MotionAt& motion_at) const;
-    Crossing crossing(double t0, double t1, int channel, Workspace& ws, const MotionAt& motion_at);
+    Crossing crossing(double t0, double t1, int channel, double guess, Workspace& ws,
+                      const MotionAt& motion_at);
     ContactEvent end_of_contact(double t0, double t1, int channel, Workspace& ws) const;
     double threshold(int channel, double speed, const ContactSample& sample) const;
     void begin_contact(const Crossing& start, const ContactSample& sample, State& state);
@@ -101,7 +104,8 @@ class ContactWatch {
     template <class F> void for_elements(const Workspace& ws, F&& f) const;
     std::vector<Before> before_;              // at the last accepted step
     std::vector<unsigned char> before_apart_; // of each element, then: nothing of it remembers or is kept
-    std::vector<unsigned char> fresh_;        // scratch of foresee(), as Workspace::apart
+    std::vector<int> deep_;                   // scratch of foresee()
+    std::vector<unsigned char> fresh_;        // scratch, of elements as Workspace::apart
     struct JointNow {
         Vec3 resultant = Vec3::Zero();
         double moment = 0;

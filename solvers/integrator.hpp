@@ -39,7 +39,7 @@ struct IntegratorOptions {
     long max_steps = std::numeric_limits<long>::max();
     bool redundant = false; // rows of the start repeat each other; set by Simulation
     /// Projections of the same system, shared with who samples (one thread at a time); none: made anew.
-    std::shared_ptr<ConsistentSolver> projections;
+    std::shared_ptr<ConsistentSolver> projections = nullptr;
 };
 
 inline Rows rows_of(const IntegratorOptions& options) {
