@@ -19,6 +19,7 @@ ordered_json phases(const PhaseTimes& now, const RunRecord& record) {
         {"factor", now.factor - before.factor},
         {"solve", now.solve - before.solve},
         {"control", now.control - before.control},
+        {"contact", now.contact - before.contact},
         {"output", now.output - before.output + record.write_seconds}};
     const double scale = record.wall_seconds > 0 ? record.cpu_seconds / record.wall_seconds : 0;
     ordered_json out{{"setup", record.setup_seconds}};

@@ -65,8 +65,29 @@ template <class Kernel> class ContactBatchOf final : public ForceBatchOf<Kernel>
     }
 
     void sample_contacts(const Evaluation& e, std::span<ContactSample> samples) const override {
-        for (std::size_t k = 0; k < owner_.size(); ++k)
+        parallel_for(e.threads, 0, std::ssize(owner_), parallel_channels, [&](std::ptrdiff_t k) {
             samples[first_ + k] = sample_contact(e, first_ + static_cast<int>(k));
+        });
+    }
+
+    void list_elements(std::vector<int>& first_channels) const override {
+        for (const Element& x : this->elements())
+            first_channels.push_back(x.channel);
+    }
+
+    void find_fresh(const Evaluation& e, unsigned char* marks) const override {
+        parallel_for(e.threads, 0, this->size(), parallel_channels, [&](std::ptrdiff_t i) {
+            const Element& x = this->elements()[i];
+            unsigned char found = 0;
+            for (int c = x.channel; c < x.channel + channels(x) && !found; ++c)
+                found = e.start_speed[c] < 0 && sample_contact(e, c).depth > 0;
+            marks[x.channel] = found;
+        });
+    }
+
+    void sample_element(const Evaluation& e, int first, std::span<ContactSample> samples) const override {
+        for (int c = first; c < first + channels(element(first)); ++c)
+            samples[c] = sample_contact(e, c);
     }
 
     ContactSample sample_contact(const Evaluation& e, int channel) const override {
@@ -114,6 +135,8 @@ template <class Kernel> class ContactBatchOf final : public ForceBatchOf<Kernel>
     }
 
   private:
+    static constexpr std::ptrdiff_t parallel_channels = 256;
+    static int channels(const Element& x) { return Kernel::contacts * x.law.slots(); }
     static constexpr bool rubs = requires(const Evaluation& e, const Element& x) {
         Kernel::state_couplings(e, x, 0);
     };

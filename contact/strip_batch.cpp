@@ -39,11 +39,17 @@ void StripBatch::finish(BlockLayoutBuilder& layout) {
     }
 }
 
-std::optional<StripBatch::Pose> StripBatch::in_reach(const Evaluation& e, const StripJoint& x) const {
+std::optional<CylinderPose> StripBatch::near_pose(const Evaluation& e, const StripJoint& x) const {
     const CylinderPose pose = cylinder_pose(e.body[x.a], e.body[x.b], x.cylinders);
     if (bearing_depth_bound(pose, x.cylinders.journal_radius, x.half_span, x.least_radius) <= 0)
         return std::nullopt;
-    return Pose(e, x, pose);
+    return pose;
+}
+
+std::optional<StripBatch::Pose> StripBatch::in_reach(const Evaluation& e, const StripJoint& x) const {
+    if (const std::optional<CylinderPose> pose = near_pose(e, x))
+        return Pose(e, x, *pose);
+    return std::nullopt;
 }
 
 std::size_t StripBatch::strips_in_reach(const Evaluation& e) const {
@@ -195,8 +201,8 @@ void StripBatch::add_linearisation(const Evaluation& e, Linearisation& lin) cons
         s.set_zero();
         add_relative_linearisation(e.body[x.a], e.body[x.b], pose->pose.centre_a, sum, c, s);
         if (sum.damps)
-            lin.add(lin.C, x.pair, couple_all, c);
-        lin.add(lin.S, x.pair, couple_all, s);
+            lin.add_damping(x.pair, couple_all, c);
+        lin.add_stiffness(x.pair, couple_all, s);
     });
     add_state_couplings(e, lin);
 }

@@ -54,6 +54,10 @@ class StripBatch final : public ForceBatch {
     void declare_contacts(int batch, std::vector<ContactChannel>& channels) override;
     void sample_contacts(const Evaluation& e, std::span<ContactSample> samples) const override;
     ContactSample sample_contact(const Evaluation& e, int channel) const override;
+    ContactSample approach(const Evaluation& e, int channel) const override;
+    void list_elements(std::vector<int>& first_channels) const override;
+    void find_fresh(const Evaluation& e, unsigned char* marks) const override;
+    void sample_element(const Evaluation& e, int first, std::span<ContactSample> samples) const override;
     double depth_of_energy(int channel, double energy) const override;
     double depth_of_force(int channel, double force) const override;
 
@@ -90,6 +94,7 @@ class StripBatch final : public ForceBatch {
     template <class F> void in_parallel(const Evaluation& e, int count, F&& f) const;
     PointFriction friction_of(const Evaluation& e, const StripJoint& x, const Touch& touch) const;
     void add_state_couplings(const Evaluation& e, Linearisation& lin) const;
+    std::optional<CylinderPose> near_pose(const Evaluation& e, const StripJoint& x) const;
     std::optional<Pose> in_reach(const Evaluation& e, const StripJoint& x) const;
     Vec6 block_wrench(const Evaluation& e, const Block& block) const;
     Vec6 joint_wrench(const Evaluation& e, const StripJoint& x) const;
@@ -98,6 +103,8 @@ class StripBatch final : public ForceBatch {
                    RelativeWrench& sum) const;
     EnergyRates joint_energies(const Evaluation& e, const StripJoint& x) const;
     void blank_samples(const StripJoint& x, ContactSample* out) const;
+    void sample_joint(const Evaluation& e, const StripJoint& x, std::span<ContactSample> samples) const;
+    bool may_be_fresh(const Evaluation& e, const StripJoint& x) const;
     void strip_samples(const Evaluation& e, const StripJoint& x, const Pose& pose, const StripRow& row, int i,
                        bool exactly, Found& found, ContactSample* out) const;
     const StripJoint& joint_of(int channel) const;

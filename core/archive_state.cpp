@@ -1,5 +1,7 @@
 #include "core/archive_state.hpp"
 
+#include <algorithm>
+
 namespace gudgeon {
 
 namespace {
@@ -39,6 +41,8 @@ void visit(Archive& archive, State& x) {
 void visit(Archive& archive, Workspace& x) {
     archive(x.motion, x.f, x.external, x.phi, x.rate, x.rows, x.rate_rows, x.lin.C, x.lin.S, x.lin.states,
             x.lin.reactions, x.angles, x.z, x.lambda, x.contacts, x.scratch, x.samples);
+    if (archive.reading())
+        std::ranges::fill(x.apart, 0);
 }
 
 } // namespace gudgeon

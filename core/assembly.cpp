@@ -67,6 +67,7 @@ Workspace make_workspace(const System& system, int threads) {
     ws.contacts = start.contacts;
     ws.scratch.assign(system.scratch, 0.0);
     ws.samples.assign(system.contacts.size(), {});
+    ws.apart.assign(system.contacts.size(), 0);
     ws.threads = threads;
     return ws;
 }
@@ -97,7 +98,8 @@ Evaluation evaluation(const System& system, Workspace& ws, double t) {
             ws.scratch.data(),
             system.mass.data(),
             system.inverse_inertia.data(),
-            ws.frozen};
+            ws.frozen,
+            ws.apart.data()};
 }
 
 void evaluate_forces(const System& system, double t, Workspace& ws) {
@@ -129,17 +131,20 @@ namespace {
 void clear_blocks(const System& system, int threads, Linearisation& lin) {
     constexpr std::ptrdiff_t chunk = 4096;
     const auto size = static_cast<std::ptrdiff_t>(9 * system.layout.block_row.size());
+    const bool both = lin.joined == 0;
     lin.C.resize(size);
-    lin.S.resize(size);
+    lin.S.resize(both ? size : 0);
     parallel_for(threads, 0, (size + chunk - 1) / chunk, 4, [&](std::ptrdiff_t i) {
         const std::ptrdiff_t end = std::min((i + 1) * chunk, size);
         std::fill(lin.C.begin() + i * chunk, lin.C.begin() + end, 0.0);
-        std::fill(lin.S.begin() + i * chunk, lin.S.begin() + end, 0.0);
+        if (both)
+            std::fill(lin.S.begin() + i * chunk, lin.S.begin() + end, 0.0);
     });
 }
 } // namespace
 
-void linearise(const System& system, double t, const double* lambda, Workspace& ws) {
+void linearise(const System& system, double t, const double* lambda, Workspace& ws, double joined) {
+    ws.lin.joined = joined;
     clear_blocks(system, ws.threads, ws.lin);
     ws.lin.states.clear();
     ws.lin.reactions.clear();
@@ -149,7 +154,11 @@ void linearise(const System& system, double t, const double* lambda, Workspace& 
         const Vec3& w = ws.motion[i].w;
         const Mat3& j = system.inertia[i];
         Linearisation::add(ws.lin.C, 4 * i + 3, skew(w) * j - skew(j * w));
-        Linearisation::add(ws.lin.S, 4 * i + 3, -skew(external_moment(ws, i)));
+        const Mat3 loads = -skew(external_moment(ws, i));
+        if (ws.lin.joined == 0)
+            Linearisation::add(ws.lin.S, 4 * i + 3, loads);
+        else
+            Linearisation::add(ws.lin.C, 4 * i + 3, ws.lin.joined * loads);
     });
     for (const auto& batch : system.forces)
         batch->add_linearisation(e, ws.lin);
@@ -320,10 +329,13 @@ void powers(const System& system, double t, const double* lambda, Workspace& ws,
             out[1] += batch->drive_power(e, lambda);
     if (!sampled)
         sample_contacts(system, t, ws);
-    for (std::size_t i = 0; i < system.contacts.size(); ++i) {
-        out[0] += ws.samples[i].dissipated_power;
-        out[2 + system.joints[system.contacts[i].joint].contact] += ws.samples[i].dissipated_power;
-    }
+    ws.for_near(system, [&](std::size_t, int first, int last) {
+        const int joint = system.joints[system.contacts[first].joint].contact;
+        for (int c = first; c < last; ++c) {
+            out[0] += ws.samples[c].dissipated_power;
+            out[2 + joint] += ws.samples[c].dissipated_power;
+        }
+    });
 }
 
 void state_terms(const System& system, double t, Workspace& ws, VecX& source, VecX& decay) {

@@ -21,8 +21,9 @@ void evaluate_forces(const System& system, double t, Workspace& ws);
 void evaluate_constraints(const System& system, double t, const double* lambda, bool with_rows,
                           Workspace& ws);
 
-/// ws.lin.C = -df/du, ws.lin.S = -df/dq + d(G^T lambda)/dq and ws.rows = G.
-void linearise(const System& system, double t, const double* lambda, Workspace& ws);
+/// ws.lin.C = -df/du, ws.lin.S = -df/dq + d(G^T lambda)/dq and ws.rows = G. joined, not zero: ws.lin.C is the
+/// sum C + joined S instead, and ws.lin.S empty.
+void linearise(const System& system, double t, const double* lambda, Workspace& ws, double joined = 0);
 
 /// Wrench on the second body of each joint, at its joint point, global (N, N m): multipliers times ws.rows,
 /// and what bushings, contacts and friction of the joint pass on, at ws.motion.
@@ -100,7 +101,10 @@ class SaddleMatrix {
 
     explicit SaddleMatrix(const System& system, Rows rows = Rows::independent);
     const CscPattern& pattern() const { return pattern_; }
-    /// Every slot is written. Reads ws.lin and ws.rows.
+    /// Lets go of the pattern, which assembly does not read: where a solver has made its own of it.
+    void forget_pattern() { pattern_ = {}; }
+    /// Every slot is written. Reads ws.lin and ws.rows. Where C + s S are joined in ws.lin, it was with this
+    /// s.
     void assemble(const System& system, const Workspace& ws, double a, double s,
                   std::span<double> values) const;
     void assemble(const System& system, const Workspace& ws, std::complex<double> a, std::complex<double> s,

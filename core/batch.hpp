@@ -36,7 +36,8 @@ struct Evaluation {
     double* scratch = nullptr;      // for the batches' own use, each its part
     const double* mass = nullptr;   // kg, moving bodies
     const Mat3* inverse_inertia = nullptr;
-    bool frozen = false; // what moves by itself is at rest
+    bool frozen = false;            // what moves by itself is at rest
+    unsigned char* apart = nullptr; // Workspace::apart
 
     double angle_reference(int i) const { return angle[i] + (t - t_accepted) * angle_rate[i]; }
 };
@@ -64,6 +65,9 @@ struct PairBlocks {
 /// 3 x 3 blocks (column major) of C = -df/du and S = -df/dq + d(G^T lambda)/dq.
 struct Linearisation {
     std::vector<double> C, S;
+    /// Not zero: C + joined S is formed in C, and S stays empty; half the memory where the sum alone is
+    /// wanted.
+    double joined = 0;
     std::span<const PairBlocks> pairs;
     /// A friction state z' = source - decay z between two bodies. Eliminated, it adds
     /// -(df/dz) (dz'/du) / (s + decay) to C, s the leading coefficient of the integrator. All states are
@@ -95,6 +99,16 @@ struct Linearisation {
             for (int j = 0; j < 4; ++j)
                 if ((mask & coupling_bit(i, j)) && blocks.id[i][j] >= 0)
                     add(values, blocks.id[i][j], m.block[i][j]);
+    }
+    void add_damping(int pair, CouplingMask mask, const BlockMatrix& c) { add(C, pair, mask, c); }
+    void add_stiffness(int pair, CouplingMask mask, const BlockMatrix& s) {
+        if (joined == 0)
+            return add(S, pair, mask, s);
+        const PairBlocks& blocks = pairs[pair];
+        for (int i = 0; i < 4; ++i)
+            for (int j = 0; j < 4; ++j)
+                if ((mask & coupling_bit(i, j)) && blocks.id[i][j] >= 0)
+                    add(C, blocks.id[i][j], joined * s.block[i][j]);
     }
 };
 
@@ -164,6 +178,16 @@ class ForceBatch {
     virtual void sample_contacts(const Evaluation&, std::span<ContactSample>) const {}
     /// One of them, exactly, by its number in the system; reads the motion of its two bodies only.
     virtual ContactSample sample_contact(const Evaluation&, int /*channel*/) const { return {}; }
+    /// The same, but of depth, rate and share alone.
+    virtual ContactSample approach(const Evaluation& e, int channel) const {
+        return sample_contact(e, channel);
+    }
+    /// The first channel of each of its elements, appended.
+    virtual void list_elements(std::vector<int>& /*first_channels*/) const {}
+    /// marks[first channel of an element] = 1 where one of its channels may touch that did not, else 0.
+    virtual void find_fresh(const Evaluation&, unsigned char* /*marks*/) const {}
+    /// samples[channel] of the channels of one element, by its first channel.
+    virtual void sample_element(const Evaluation&, int /*first*/, std::span<ContactSample>) const {}
     /// Depth at which the whole joint's law has stored an energy (J), or pushes with a force (N): divide by
     /// ContactSample::share first.
     virtual double depth_of_energy(int /*channel*/, double) const { return 0; }

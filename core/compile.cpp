@@ -150,7 +150,9 @@ void add_contacts(System& s) {
         batch.declare_states(s.state_scales);
         batch.place_scratch(s.scratch);
         s.scratch += batch.scratch_size();
+        batch.list_elements(s.contact_elements);
     }
+    s.contact_elements.push_back(s.channels());
     for (const ContactChannel& channel : s.contacts)
         s.joints[channel.joint].contact = 0;
     for (std::size_t j = 0; j < s.joints.size(); ++j)

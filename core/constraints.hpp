@@ -203,7 +203,7 @@ template <class Kernel> class ConstraintBatchOf final : public ConstraintBatch {
             BlockMatrix blocks;
             blocks.set_zero();
             Kernel::add_geometric(e, x, Eigen::Map<const Rows>(lambda + x.row), blocks);
-            lin.add(lin.S, x.pair, Kernel::coupling, blocks);
+            lin.add_stiffness(x.pair, Kernel::coupling, blocks);
         });
     }
 

@@ -60,8 +60,8 @@ template <class Kernel> class ForceBatchOf : public ForceBatch {
             c.set_zero();
             s.set_zero();
             Kernel::linearise(e, x, c, s);
-            lin.add(lin.C, x.pair, Kernel::coupling, c);
-            lin.add(lin.S, x.pair, Kernel::coupling, s);
+            lin.add_damping(x.pair, Kernel::coupling, c);
+            lin.add_stiffness(x.pair, Kernel::coupling, s);
         });
     }
 

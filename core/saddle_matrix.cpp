@@ -169,6 +169,7 @@ template <class Scalar>
 void SaddleMatrix::assemble_scalars(const System& system, const Workspace& ws, Scalar a, Scalar s,
                                     std::span<Scalar> values) const {
     const int blocks = system.layout.blocks();
+    const bool joined = ws.lin.joined != 0;
     parallel_for(ws.threads, 0, blocks, parallel_blocks, [&](std::ptrdiff_t id) {
         if (!system.layout.active[id])
             return;
@@ -176,6 +177,11 @@ void SaddleMatrix::assemble_scalars(const System& system, const Workspace& ws, S
         const double* k = ws.lin.S.data() + 9 * std::size_t(id);
         for (int col = 0; col < 3; ++col) {
             Scalar* v = values.data() + block_slot_[3 * std::size_t(id) + col];
+            if (joined) {
+                for (int row = 0; row < 3; ++row)
+                    v[row] = c[3 * col + row];
+                continue;
+            }
             for (int row = 0; row < 3; ++row)
                 v[row] = c[3 * col + row] + s * k[3 * col + row];
         }

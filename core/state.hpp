@@ -45,8 +45,17 @@ struct Workspace {
     ContactMemory contacts;
     std::vector<double> scratch;        // of the batches, System::scratch
     std::vector<ContactSample> samples; // one per channel, filled by sample_contacts()
+    /// Of the first channel of an element: its samples are blank, no channel of it being near; else 0.
+    std::vector<unsigned char> apart;
     int threads = 1;
     bool frozen = false; // time stands still: what moves by itself (roads) is at its place, at rest
+
+    /// f(element, its first channel, the one after its last) of System::contact_elements that are not apart.
+    template <class F> void for_near(const System& system, F&& f) const {
+        for (std::size_t k = 0; k + 1 < system.contact_elements.size(); ++k)
+            if (const int first = system.contact_elements[k]; !apart[first])
+                f(k, first, system.contact_elements[k + 1]);
+    }
 
     /// What a state holds beside time and motion.
     void remember(const State& state) {

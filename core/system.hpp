@@ -77,10 +77,11 @@ struct System {
     BlockLayout layout;
 
     std::vector<ContactChannel> contacts;
-    std::vector<int> contact_joints;  // joints with contacts, as they appear in State::history
-    std::vector<double> state_scales; // per friction state, m: size of a change that matters
-    std::size_t scratch = 0;          // doubles of Workspace::scratch
-    bool reaction_friction = false;   // some friction takes its normal force from the multipliers
+    std::vector<int> contact_elements; // first channel of each element that can touch, and their number
+    std::vector<int> contact_joints;   // joints with contacts, as they appear in State::history
+    std::vector<double> state_scales;  // per friction state, m: size of a change that matters
+    std::size_t scratch = 0;           // doubles of Workspace::scratch
+    bool reaction_friction = false;    // some friction takes its normal force from the multipliers
 
     int positions() const { return 7 * moving; }
     int velocities() const { return 6 * moving; }

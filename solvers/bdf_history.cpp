@@ -10,10 +10,13 @@ namespace gudgeon {
 void interpolation_weights(std::span<const double> times, double t, double* w) {
     const std::size_t n = times.size();
     for (std::size_t i = 0; i < n; ++i) {
-        w[i] = 1;
+        double above = 1, below = 1; // one division a weight
         for (std::size_t j = 0; j < n; ++j)
-            if (j != i)
-                w[i] *= (t - times[j]) / (times[i] - times[j]);
+            if (j != i) {
+                above *= t - times[j];
+                below *= times[i] - times[j];
+            }
+        w[i] = above / below;
     }
 }
 
@@ -33,10 +36,11 @@ double bdf_weights(std::span<const double> past, double t, double* a) {
 
 void integration_weights(std::span<const double> times, double from, double to, double* w) {
     // Gauss-Legendre with four points is exact to degree 7
+    constexpr std::size_t most_points = 8;
     static constexpr double node[2] = {0.3399810435848563, 0.8611363115940526};
     static constexpr double weight[2] = {0.6521451548625461, 0.3478548451374538};
     const std::size_t n = times.size();
-    std::array<double, BdfHistory::capacity> at{};
+    std::array<double, most_points> at{};
     std::fill(w, w + n, 0.0);
     const double half = 0.5 * (to - from), middle = 0.5 * (to + from);
     for (int k = 0; k < 2; ++k)

@@ -23,7 +23,7 @@ void integration_weights(std::span<const double> times, double from, double to, 
 /// reserve().
 class BdfHistory {
   public:
-    static constexpr int capacity = 8;
+    static constexpr int capacity = 7; // order 5 is weighed by six points, besides the next
 
     void reserve(Eigen::Index q_size, Eigen::Index u_size, Eigen::Index rows, Eigen::Index states = 0,
                  int threads = 1);

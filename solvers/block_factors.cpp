@@ -13,6 +13,16 @@ namespace {
 constexpr double back_to_single = 5e-3;
 constexpr double pivot_for_single = 1e-3; // of the scaled matrix; with smaller ones digits are lost
 
+constexpr std::size_t ahead = 2; // fronts
+
+/// Blocks of fronts lie apart, each pass leaving out the other's: their lines are asked for before their
+/// turn.
+template <class Stored> void fetch(const Stored* block, long size) {
+    constexpr long line = 64 / sizeof(Stored), most = 16 * line;
+    for (long i = 0; i < std::min(size, most); i += line)
+        __builtin_prefetch(block + i);
+}
+
 template <class Stored> Stored narrowed(double x) { return static_cast<Stored>(x); }
 
 double size_of(double x) { return std::abs(x); }
@@ -63,13 +73,11 @@ template <class Scalar> void BlockFactors<Scalar>::find_scale(std::span<const Sc
         const double own = s.diagonal[x] < 0 ? 0 : size_of(values[s.diagonal[x]]);
         scale_[x] = own > 0 ? std::ldexp(1.0, -std::ilogb(own) / 2) : 0;
     }
-    for (const Front& front : s.fronts) {
-        for (int e = front.entry_start; e < front.row_end; ++e) {
-            const FrontEntry entry = s.entries[e];
-            double& row = scale_[s.unknown(front, entry.col)];
-            row = std::min(row, -scale_[s.unknown(front, entry.row)] * size_of(values[entry.slot]));
-        }
-    }
+    for (const Front& front : s.fronts)
+        s.for_entries(front.entry_start, front.row_end, [&](int place, int col, int slot) {
+            double& row = scale_[s.unknown(front, col)];
+            row = std::min(row, -scale_[s.unknown(front, place)] * size_of(values[slot]));
+        });
     for (double& scale : scale_) // of rows: negative so far
         scale = scale < 0 ? std::ldexp(1.0, -std::ilogb(scale)) : scale > 0 ? scale : 1.0;
 }
@@ -83,11 +91,15 @@ void BlockFactors<Scalar>::assemble(const Front& front, std::span<const Scalar> 
         bench.scale[front.pivots + i] = scale_[s.boundary[front.boundary_start + i]];
     std::fill_n(bench.front.begin(), std::size_t(planes) * height * front.size(), 0.0);
     for (int e = front.entry_start; e < front.entry_end; ++e) {
-        const FrontEntry entry = s.entries[e];
-        const double factor = bench.scale[entry.row] * bench.scale[entry.col];
+        const FrontEntries entry = s.entries[e];
+        const double* scale = bench.scale.data() + entry.row;
+        const Scalar* from = values.data() + entry.slot;
         double* to = bench.front.data() + std::size_t(entry.col) * planes * height + entry.row;
-        for (int p = 0; p < planes; ++p)
-            to[p * height] = factor * part_of(values[entry.slot], p);
+        for (int i = 0; i < entry.count(); ++i) {
+            const double factor = scale[i] * bench.scale[entry.col];
+            for (int p = 0; p < planes; ++p)
+                to[p * height + i] = factor * part_of(from[i], p);
+        }
     }
 }
 
@@ -227,9 +239,14 @@ void BlockFactors<Scalar>::forward(int part, const std::vector<Stored>& factors,
     const auto product = block_kernels().product_of<Stored>(planes);
     const long stride = s.unknowns + s.sums;
     double* y = benches_[part].product.data();
-    for (const int k : s.parts[part].fronts) {
-        const Front& front = s.fronts[k];
+    const std::vector<int>& fronts = s.parts[part].fronts;
+    for (std::size_t i = 0; i < fronts.size(); ++i) {
+        const Front& front = s.fronts[fronts[i]];
         const int height = front.height();
+        if (i + ahead < fronts.size()) {
+            const Front& later = s.fronts[fronts[i + ahead]];
+            fetch(factors.data() + planes * later.factor_start, long(planes) * later.height() * later.pivots);
+        }
         product(factors.data() + planes * front.factor_start, height, front.pivots, x_.data() + front.first,
                 planes * stride, stride, y, long(planes) * height, columns);
         const int* place = s.sum_place.data() + front.boundary_start;
@@ -253,6 +270,11 @@ void BlockFactors<Scalar>::backward(int part, const std::vector<Stored>& factors
     double *y = benches_[part].product.data(), *gathered = benches_[part].gathered.data();
     for (std::size_t i = fronts.size(); i-- > 0;) {
         const Front& front = s.fronts[fronts[i]];
+        if (i >= ahead) {
+            const Front& later = s.fronts[fronts[i - ahead]];
+            fetch(factors.data() + planes * (later.factor_start + long(later.height()) * later.pivots),
+                  long(planes) * later.pivot_height() * later.boundary);
+        }
         if (front.boundary == 0)
             continue;
         const int height = front.pivot_height();
@@ -315,10 +337,10 @@ template <class Scalar> double BlockFactors<Scalar>::backward_error(std::span<co
     std::vector<double> terms(s.unknowns, 0.0);
     const auto for_entries = [&](auto&& visit) {
         for (const Front& front : s.fronts)
-            for (int e = front.entry_start; e < front.entry_end; ++e)
-                visit(s.order[s.unknown(front, s.entries[e].row)],
-                      s.order[s.unknown(front, s.entries[e].col)], scale_[s.unknown(front, s.entries[e].row)],
-                      scale_[s.unknown(front, s.entries[e].col)], values[s.entries[e].slot]);
+            s.for_entries(front.entry_start, front.entry_end, [&](int row, int col, int slot) {
+                const int i = s.unknown(front, row), j = s.unknown(front, col);
+                visit(s.order[i], s.order[j], scale_[i], scale_[j], values[slot]);
+            });
     };
     for_entries(
         [&](int i, int j, double, double scale, Scalar value) { right[i] += value * (scale * sign(j)); });

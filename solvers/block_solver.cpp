@@ -19,9 +19,10 @@ template <class Scalar> int bad_column(const BlockStructure& s, std::span<const 
         return -1;
     int first = s.unknowns;
     for (const Front& front : s.fronts)
-        for (int e = front.entry_start; e < front.entry_end; ++e)
-            if (0.0 * values[s.entries[e].slot] != Scalar(0))
-                first = std::min(first, s.order[s.unknown(front, s.entries[e].col)]);
+        s.for_entries(front.entry_start, front.entry_end, [&](int, int col, int slot) {
+            if (0.0 * values[slot] != Scalar(0))
+                first = std::min(first, s.order[s.unknown(front, col)]);
+        });
     return first;
 }
 } // namespace
@@ -46,7 +47,7 @@ template <class Scalar> void BlockSolverOf<Scalar>::analyse(const CscPattern& pa
 template <class Scalar> void BlockSolverOf<Scalar>::analyse(std::shared_ptr<const BlockStructure> structure) {
     by_klu_ = false;
     unknowns_ = structure->unknowns;
-    entries_ = static_cast<int>(structure->entries.size());
+    entries_ = structure->matrix_entries;
     factors_ = std::make_unique<BlockFactors<Scalar>>(std::move(structure), options_.threads,
                                                       options_.single_precision);
     klu_.reset();

@@ -337,9 +337,18 @@ void place_entries(const CscPattern& a, const Groups& groups, const Elimination&
         return std::min(e.front[groups.of[i]], e.front[groups.of[j]]);
     };
     const auto in_row = [&](int i, int j) { return i < a.leading && j >= a.leading; }; // of G^T
+    if (a.nonzeros() > FrontEntries::most_slots)
+        throw std::length_error("block elimination: a matrix of too many entries");
+    const auto run = [&](int j, int p) { // entries from p on that stand together in their front too
+        int count = 1;
+        while (count < FrontEntries::most && p + count < a.col_start[j + 1] &&
+               a.row[p + count] == a.row[p] + count && groups.of[a.row[p + count]] == groups.of[a.row[p]])
+            ++count;
+        return count;
+    };
     std::vector<int> next(2 * s.fronts.size() + 1, 0); // per front: entries of G^T, others
     for (int j = 0; j < a.cols; ++j)
-        for (int p = a.col_start[j]; p < a.col_start[j + 1]; ++p)
+        for (int p = a.col_start[j]; p < a.col_start[j + 1]; p += run(j, p))
             ++next[2 * front_of(a.row[p], j) + (in_row(a.row[p], j) ? 1 : 2)];
     std::partial_sum(next.begin(), next.end(), next.begin());
     for (std::size_t k = 0; k < s.fronts.size(); ++k) {
@@ -347,8 +356,9 @@ void place_entries(const CscPattern& a, const Groups& groups, const Elimination&
         s.fronts[k].row_end = next[2 * k + 1];
         s.fronts[k].entry_end = next[2 * k + 2];
     }
-    s.entries.resize(a.nonzeros());
-    s.diagonal.assign(s.unknowns, -1);
+    s.matrix_entries = a.nonzeros();
+    s.entries.resize(next.back());
+    s.diagonal.assign(a.cols, -1);
     const auto place = [&](const Front& front, int x) {
         if (x < front.first + front.pivots)
             return static_cast<unsigned short>(x - front.first);
@@ -357,13 +367,16 @@ void place_entries(const CscPattern& a, const Groups& groups, const Elimination&
                                            (std::lower_bound(begin, begin + front.boundary, x) - begin));
     };
     for (int j = 0; j < a.cols; ++j)
-        for (int p = a.col_start[j]; p < a.col_start[j + 1]; ++p) {
+        for (int p = a.col_start[j]; p < a.col_start[j + 1]; p += run(j, p)) {
             const int k = front_of(a.row[p], j);
             s.entries[next[2 * k + (in_row(a.row[p], j) ? 0 : 1)]++] = {
-                p, place(s.fronts[k], number[a.row[p]]), place(s.fronts[k], number[j])};
-            if (a.row[p] == j && j < a.leading)
-                s.diagonal[number[j]] = p;
+                p, static_cast<unsigned>(run(j, p) - 1), place(s.fronts[k], number[a.row[p]]),
+                place(s.fronts[k], number[j])};
         }
+    for (int j = 0; j < a.leading; ++j)
+        for (int p = a.col_start[j]; p < a.col_start[j + 1]; ++p)
+            if (a.row[p] == j)
+                s.diagonal[number[j]] = p;
 }
 
 BlockStructure complete(const CscPattern& a, const Groups& groups, const Elimination& first) {
@@ -417,12 +430,12 @@ CscPattern pattern_of(const BlockStructure& s) {
     out.rows = out.cols = s.unknowns;
     out.leading = s.leading;
     out.col_start.assign(s.unknowns + 1, 0);
-    out.row.resize(s.entries.size());
+    out.row.resize(s.matrix_entries);
     for (const Front& front : s.fronts)
-        for (int e = front.entry_start; e < front.entry_end; ++e) {
-            out.row[s.entries[e].slot] = s.order[s.unknown(front, s.entries[e].row)];
-            ++out.col_start[s.order[s.unknown(front, s.entries[e].col)] + 1];
-        }
+        s.for_entries(front.entry_start, front.entry_end, [&](int row, int col, int slot) {
+            out.row[slot] = s.order[s.unknown(front, row)];
+            ++out.col_start[s.order[s.unknown(front, col)] + 1];
+        });
     std::partial_sum(out.col_start.begin(), out.col_start.end(), out.col_start.begin());
     return out;
 }

@@ -36,10 +36,14 @@ struct FrontPart {
     int root = -1;      // of a subtree
 };
 
-/// An entry of the matrix inside its front.
-struct FrontEntry {
-    int slot; // of the matrix' values
-    unsigned short row, col;
+/// Entries of the matrix inside their front: 1 + more of one column, one below the other there and in a row
+/// among the matrix' values.
+struct FrontEntries {
+    static constexpr int most = 4, most_slots = 1 << 29;
+    int slot : 30; // of the matrix' values, the first
+    unsigned more : 2;
+    unsigned short row, col; // of the first
+    int count() const { return 1 + static_cast<int>(more); }
 };
 
 /// Fronts in postorder (children before parents, each subtree together). A row is eliminated with the last of
@@ -47,7 +51,7 @@ struct FrontEntry {
 /// leading block is the matrix of a mechanism of its own, and regular where the rows are independent.
 struct BlockStructure {
     std::vector<Front> fronts;
-    std::vector<FrontEntry> entries;
+    std::vector<FrontEntries> entries;
     std::vector<int> boundary;  // unknowns (new numbering, ascending) of each front
     std::vector<int> sum_place; // the same, but unknowns beyond a subtree are numbered from `unknowns` on
     std::vector<int> boundary_place; // their places in the parent's front
@@ -57,12 +61,19 @@ struct BlockStructure {
     std::vector<int> diagonal;       // slot of a body's unknown k on the diagonal, -1: of a row
     std::vector<FrontPart> parts;    // the trunk is the last
     int unknowns = 0, leading = 0;   // CscPattern::leading
-    int sums = 0;                    // unknowns of the trunk, once for each subtree that adds to them
-    int largest = 0;                 // front
-    long factors = 0;                // numbers stored, with padding (twice as many where they are complex)
-    long nonzeros = 0;               // without padding
-    double operations = 0;           // multiplications of a factorisation
+    int matrix_entries = 0;
+    int sums = 0;          // unknowns of the trunk, once for each subtree that adds to them
+    int largest = 0;       // front
+    long factors = 0;      // numbers stored, with padding (twice as many where they are complex)
+    long nonzeros = 0;     // without padding
+    double operations = 0; // multiplications of a factorisation
 
+    /// f(row, column, slot) of the matrix' entries [begin, end) of `entries`, by their places in the front.
+    template <class F> void for_entries(int begin, int end, F&& f) const {
+        for (int e = begin; e < end; ++e)
+            for (int i = 0; i < entries[e].count(); ++i)
+                f(entries[e].row + i, entries[e].col, entries[e].slot + i);
+    }
     /// The unknown (new numbering) at a place of a front.
     int unknown(const Front& front, int place) const {
         return place < front.pivots ? front.first + place

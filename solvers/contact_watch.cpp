@@ -24,7 +24,7 @@ constexpr double step_per_rise = 0.2; // first step in a contact, of the time to
 bool touching(const ContactMemory& memory, int channel) { return memory.start_speed[channel] >= 0; }
 
 // Greatest value of the cubic through depth and rate at both ends of a step.
-double greatest_depth(double h, const ContactSample& a, const ContactSample& b) {
+template <class Before> double greatest_depth(double h, const Before& a, const ContactSample& b) {
     double greatest = std::max(a.depth, b.depth);
     if (!(a.rate > 0 && b.rate < 0))
         return greatest;
@@ -44,10 +44,21 @@ double greatest_depth(double h, const ContactSample& a, const ContactSample& b) 
 
 } // namespace
 
+// What is apart now and was so before has nothing to change.
+template <class F> void ContactWatch::for_elements(const Workspace& ws, F&& f) const {
+    for (std::size_t k = 0; k < before_apart_.size(); ++k) {
+        const int first = system_.contact_elements[k];
+        for (int c = first; c < system_.contact_elements[k + 1] && !(ws.apart[first] && before_apart_[k]);
+             ++c)
+            f(c);
+    }
+}
+
 ContactWatch::ContactWatch(const System& system, const IntegratorOptions& options)
     : system_(system), onset_(options.onset),
       share_(std::min(energy_per_tolerance * std::max(options.rtol, 1e-12), largest_share)),
-      before_(system.contacts.size()), now_(system.contact_joints.size()), suggested_(infinity) {}
+      before_(system.contacts.size()), before_apart_(system.contact_elements.size() - 1),
+      fresh_(system.contacts.size()), now_(system.contact_joints.size()), suggested_(infinity) {}
 
 void ContactWatch::tell(ContactEvent::Kind kind, int channel, double t, double depth, double speed) const {
     if (on_contact)
@@ -71,22 +82,33 @@ void ContactWatch::begin(State& state, Workspace& ws) {
     suggested_ = infinity; // the integrator finds its first step
     ws.contacts = state.contacts;
     sample_contacts(system_, state.t, ws);
-    before_ = ws.samples;
+    std::ranges::fill(before_apart_, 0);
+    keep(ws);
 }
 
-ContactSample ContactWatch::sample_at(double t, int channel, Workspace& ws, const MotionAt& motion_at) {
+void ContactWatch::keep(const Workspace& ws) {
+    for (std::size_t k = 0; k < before_apart_.size(); ++k) {
+        const int first = system_.contact_elements[k];
+        if (!ws.apart[first] || !before_apart_[k])
+            for (int c = first; c < system_.contact_elements[k + 1]; ++c)
+                before_[c] = {ws.samples[c].depth, ws.samples[c].rate, ws.samples[c].force};
+        before_apart_[k] = ws.apart[first];
+    }
+}
+
+void ContactWatch::move_bodies(double t, int channel, Workspace& ws, const MotionAt& motion_at) const {
     const ContactChannel& c = system_.contacts[channel];
     for (const int body : {c.a, c.b})
         if (body < system_.moving)
             motion_at(t, body, ws.motion[body]);
-    return system_.forces[c.batch]->sample_contact(evaluation(system_, ws, t), channel);
 }
 
 // Where the depth passes zero upwards in [t0, t1], by Newton's method kept inside a shrinking bracket.
-// Leaves the motion of the channel's bodies at t1.
-ContactWatch::Crossing ContactWatch::crossing(double t0, double t1, int channel, Workspace& ws,
+// guess: tried first where it lies inside. Leaves the motion of the channel's bodies at t1.
+ContactWatch::Crossing ContactWatch::crossing(double t0, double t1, int channel, double guess, Workspace& ws,
                                               const MotionAt& motion_at) {
     double low = t0, high = t1;
+    const ForceBatch& batch = *system_.forces[system_.contacts[channel].batch];
     ContactSample at = ws.samples[channel];
     double t = t1, best_t = t1, best = infinity, speed = at.rate;
     for (int i = 0; i < 60 && high - low > 4e-16 * std::abs(high); ++i) {
@@ -103,9 +125,12 @@ ContactWatch::Crossing ContactWatch::crossing(double t0, double t1, int channel,
         if (inside && newton == t)
             break;
         t = inside ? newton : 0.5 * (low + high);
-        at = sample_at(t, channel, ws, motion_at);
+        if (i == 0 && guess > low && guess < high)
+            t = guess;
+        move_bodies(t, channel, ws, motion_at);
+        at = batch.approach(evaluation(system_, ws, t), channel);
     }
-    sample_at(t1, channel, ws, motion_at);
+    move_bodies(t1, channel, ws, motion_at);
     return {channel, best_t, std::max(speed, 0.0), best};
 }
 
@@ -127,57 +152,99 @@ double ContactWatch::threshold(int channel, double speed, const ContactSample& s
 
 ContactWatch::Verdict ContactWatch::judge(double t0, double t1, Workspace& ws, const MotionAt& motion_at,
                                           ContactEvent::Kind told) {
-    const Verdict verdict = look(t0, t1, ws, motion_at);
-    if (!verdict.ok)
-        rejected_ = verdict.channel;
-    if (!verdict.ok)
-        tell(told, verdict.channel, t1, verdict.depth, ws.samples[verdict.channel].rate);
-    return verdict;
-}
-
-double ContactWatch::foresee(double t0, double t1, Workspace& ws, const MotionAt& carried_on) {
-    if (idle() || onset_ == Onset::ignored)
-        return t1;
-    for (int i = 0; i < system_.moving; ++i)
-        carried_on(t1, i, ws.motion[i]);
-    return look(t0, t1, ws, carried_on).end;
-}
-
-ContactWatch::Verdict ContactWatch::look(double t0, double t1, Workspace& ws, const MotionAt& motion_at) {
     starts_.clear();
     Verdict verdict;
     if (idle())
         return verdict;
     sample_contacts(system_, t1, ws);
     verdict.end = t1;
-    for (int c = 0; c < system_.channels(); ++c) {
-        const ContactSample& sample = ws.samples[c];
-        if (!(sample.depth > 0) || touching(ws.contacts, c))
-            continue;
-        const Crossing start = crossing(t0, t1, c, ws, motion_at);
-        starts_.push_back(start);
-        if (onset_ == Onset::ignored)
-            continue;
-        const double speed = std::max(start.speed, std::abs(sample.rate));
-        const double allowed = threshold(c, speed, sample);
-        if (sample.depth <= allowed)
-            continue;
-        if (start.depth > root_share * allowed && start.depth > jump * sample.depth)
-            continue; // it appears at a depth: a journal slides over it. No shorter step finds it shallower
-        double end = start.t;
-        if (onset_ == Onset::threshold)
-            end += start.speed > 0 ? aim * allowed / start.speed : 0.1 * (t1 - start.t);
-        end = std::clamp(end, t0 + 1e-4 * (t1 - t0), t0 + 0.9 * (t1 - t0));
-        if (!verdict.ok && end >= verdict.end)
-            continue;
-        verdict = {false, end, c, sample.depth, allowed};
+    ws.for_near(system_, [&](std::size_t, int first, int last) {
+        double guess = t0; // strips of a joint begin together
+        for (int c = first; c < last; ++c)
+            weigh(t0, t1, c, true, guess, ws, motion_at, verdict);
+    });
+    if (!verdict.ok) {
+        rejected_ = verdict.channel;
+        tell(told, verdict.channel, t1, verdict.depth, ws.samples[verdict.channel].rate);
     }
     return verdict;
 }
 
+// The earliest of the ends that the channels ask for. Most need no search for their start: they are still
+// apart at the end that another one asks for. That of the longest way past zero is looked at first.
+double ContactWatch::foresee(double t0, double t1, Workspace& ws, const MotionAt& carried_on) {
+    if (idle() || onset_ == Onset::ignored)
+        return t1;
+    const Evaluation e = evaluation(system_, ws, t1);
+    for (const auto& batch : system_.forces)
+        batch->find_fresh(e, fresh_.data());
+    deep_.clear();
+    std::size_t first_met = 0;
+    double longest = -1;
+    for (std::size_t k = 0; k < before_apart_.size(); ++k) {
+        const int first = system_.contact_elements[k];
+        if (!fresh_[first])
+            continue;
+        system_.forces[system_.contacts[first].batch]->sample_element(e, first, ws.samples);
+        for (int c = first; c < system_.contact_elements[k + 1]; ++c) {
+            const ContactSample& sample = ws.samples[c];
+            // a higher speed at the start would allow more
+            if (!(sample.depth > 0) || touching(ws.contacts, c) ||
+                sample.depth <= threshold(c, std::abs(sample.rate), sample))
+                continue;
+            if (const double way = sample.depth / std::abs(sample.rate); way > longest) {
+                longest = way;
+                first_met = deep_.size();
+            }
+            deep_.push_back(c);
+        }
+    }
+    Verdict verdict;
+    verdict.end = t1;
+    if (!deep_.empty())
+        std::swap(deep_.front(), deep_[first_met]);
+    for (const int c : deep_) {
+        if (!verdict.ok) {
+            move_bodies(verdict.end, c, ws, carried_on);
+            const ForceBatch& batch = *system_.forces[system_.contacts[c].batch];
+            if (!(batch.approach(evaluation(system_, ws, verdict.end), c).depth > 0))
+                continue;
+        }
+        double guess = verdict.end;
+        weigh(t0, t1, c, false, guess, ws, carried_on, verdict);
+    }
+    return verdict.end;
+}
+
+// One channel of a step that ends as ws.samples says. What begins shallow counts where its start is wanted.
+void ContactWatch::weigh(double t0, double t1, int c, bool start_wanted, double& guess, Workspace& ws,
+                         const MotionAt& motion_at, Verdict& verdict) {
+    const ContactSample& sample = ws.samples[c];
+    if (!(sample.depth > 0) || touching(ws.contacts, c))
+        return;
+    const Crossing start = crossing(t0, t1, c, guess, ws, motion_at);
+    guess = start.t;
+    if (start_wanted)
+        starts_.push_back(start);
+    if (onset_ == Onset::ignored)
+        return;
+    const double speed = std::max(start.speed, std::abs(sample.rate));
+    const double allowed = threshold(c, speed, sample);
+    if (sample.depth <= allowed)
+        return;
+    if (start.depth > root_share * allowed && start.depth > jump * sample.depth)
+        return; // it appears at a depth: a journal slides over it. No shorter step finds it shallower
+    double end = start.t;
+    if (onset_ == Onset::threshold)
+        end += start.speed > 0 ? aim * allowed / start.speed : 0.1 * (t1 - start.t);
+    end = std::clamp(end, t0 + 1e-4 * (t1 - t0), t0 + 0.9 * (t1 - t0));
+    if (verdict.ok || end < verdict.end)
+        verdict = {false, end, c, sample.depth, allowed};
+}
+
 // Last passage through zero in the step, by the cubic through depth and rate at both its ends.
 ContactEvent ContactWatch::end_of_contact(double t0, double t1, int channel, Workspace& ws) const {
-    const ContactSample& a = before_[channel];
+    const Before& a = before_[channel];
     const ContactSample b =
         system_.forces[system_.contacts[channel].batch]->sample_contact(evaluation(system_, ws, t1), channel);
     const double h = t1 - t0;
@@ -192,7 +259,7 @@ ContactEvent ContactWatch::end_of_contact(double t0, double t1, int channel, Wor
 }
 
 void ContactWatch::begin_contact(const Crossing& start, const ContactSample& sample, State& state) {
-    changed_ = true;
+    mark(start.channel);
     state.contacts.start_speed[start.channel] = start.speed;
     state.contacts.start_time[start.channel] = start.t;
     const ContactChannel& channel = system_.contacts[start.channel];
@@ -204,6 +271,20 @@ void ContactWatch::begin_contact(const Crossing& start, const ContactSample& sam
         start.channel,
         0.5 * start.speed * start.speed / (std::max(sample.share, least_share) * sample.inverse_mass));
     suggested_ = std::min(suggested_, step_per_rise * rise / start.speed);
+}
+
+// A contact of the channel's element has begun or ended: its forces are others than sampled.
+void ContactWatch::mark(int channel) {
+    changed_ = true;
+    const std::vector<int>& first = system_.contact_elements;
+    fresh_[*std::prev(std::ranges::upper_bound(first, channel))] = 1;
+}
+
+void ContactWatch::sample_marked(double t, Workspace& ws) const {
+    const Evaluation e = evaluation(system_, ws, t);
+    for (std::size_t k = 0; changed_ && k < before_apart_.size(); ++k)
+        if (const int first = system_.contact_elements[k]; fresh_[first])
+            system_.forces[system_.contacts[first].batch]->sample_element(e, first, ws.samples);
 }
 
 std::string ContactWatch::culprit(int body) const {
@@ -230,15 +311,16 @@ void ContactWatch::commit(double t0, double t1, State& state, Workspace& ws) {
     changed_ = false;
     if (idle())
         return;
+    std::ranges::fill(fresh_, 0);
     std::ranges::sort(starts_, {}, &Crossing::t);
     std::vector<ContactEvent> ended;
     for (const Crossing& start : std::exchange(starts_, {}))
         begin_contact(start, ws.samples[start.channel], state);
-    for (int c = 0; c < system_.channels(); ++c) {
+    const auto settle = [&](int c) {
         const ContactSample& sample = ws.samples[c];
         if (sample.depth <= 0 && touching(state.contacts, c)) {
             state.contacts.start_speed[c] = -1;
-            changed_ = true;
+            mark(c);
             if (on_contact)
                 ended.push_back(end_of_contact(t0, t1, c, ws));
         } else if (onset_ == Onset::root && sample.depth <= 0 && sample.rate > 0) {
@@ -248,15 +330,19 @@ void ContactWatch::commit(double t0, double t1, State& state, Workspace& ws) {
                 begin_contact({c, t1, exact.rate, 0}, exact, state); // met from below by rounding
         }
         state.contacts.place[c] = sample.place;
-    }
+    };
+    for_elements(ws, settle);
     std::ranges::stable_sort(ended, {}, &ContactEvent::t);
     for (const ContactEvent& event : ended)
         on_contact(event);
-    ws.contacts = state.contacts;
-    if (changed_)
-        sample_contacts(system_, t1, ws);
+    for_elements(ws, [&](int c) {
+        ws.contacts.start_speed[c] = state.contacts.start_speed[c];
+        ws.contacts.start_time[c] = state.contacts.start_time[c];
+        ws.contacts.place[c] = state.contacts.place[c];
+    });
+    sample_marked(t1, ws);
     record(t0, t1, state, ws);
-    before_ = ws.samples;
+    keep(ws);
 }
 
 void ContactWatch::memory_inside(ContactMemory& out) const {
@@ -267,10 +353,10 @@ void ContactWatch::memory_inside(ContactMemory& out) const {
 // A joint's channels lie in several batches: strips, end faces, stops.
 void ContactWatch::record(double t0, double t1, State& state, Workspace& ws) {
     std::ranges::fill(now_, JointNow{});
-    for (int c = 0; c < system_.channels(); ++c) {
+    for_elements(ws, [&](int c) {
         const ContactSample& sample = ws.samples[c];
         if (!(sample.depth > 0) && !(before_[c].depth > 0))
-            continue;
+            return;
         const int joint = system_.joints[system_.contacts[c].joint].contact;
         JointNow& now = now_[joint];
         ContactHistory& history = state.history[joint];
@@ -280,7 +366,7 @@ void ContactWatch::record(double t0, double t1, State& state, Workspace& ws) {
         now.resultant += sample.normal_force + sample.friction_force;
         if (system_.contacts[c].rotation)
             now.moment = std::max(now.moment, sample.force);
-    }
+    });
     for (std::size_t joint = 0; joint < now_.size(); ++joint) {
         ContactHistory& history = state.history[joint];
         history.peak_force = std::max(history.peak_force, now_[joint].resultant.norm());

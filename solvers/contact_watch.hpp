@@ -12,6 +12,7 @@
 #include "core/assembly.hpp"
 #include "solvers/integrator.hpp"
 
+#include <algorithm>
 #include <functional>
 #include <vector>
 
@@ -40,8 +41,9 @@ class ContactWatch {
     Verdict judge(double t0, double t1, Workspace& ws, const MotionAt& motion_at,
                   ContactEvent::Kind told = ContactEvent::Kind::rejected);
 
-    /// The end that judge() would ask for, by a motion carried on beyond the last step: spares the work of a
-    /// step that would be rejected. t1 where nothing speaks against it. ws.motion is left anywhere.
+    /// The end that judge() would ask for, by a motion carried on beyond the last step, at t1 in ws.motion:
+    /// spares the work of a step that would be rejected. t1 where nothing speaks against it. ws.motion and
+    /// ws.samples are left anywhere. Only channels that may touch anew are sampled.
     double foresee(double t0, double t1, Workspace& ws, const MotionAt& carried_on);
 
     /// The step is accepted: memory into state and ws, history, events. ws as for judge().
@@ -62,6 +64,8 @@ class ContactWatch {
 
     void visit(Archive& archive) {
         archive(starts_, before_, before_speed_, rejected_, changed_, suggested_);
+        if (archive.reading())
+            std::ranges::fill(before_apart_, 0);
     }
 
     /// Starts, ends and rejected starts are told to this function where set.
@@ -74,9 +78,13 @@ class ContactWatch {
         double depth; // m or rad, there: 0 but for contacts that appear at a depth
         void visit(Archive& archive) { archive(channel, t, speed, depth); }
     };
-    Verdict look(double t0, double t1, Workspace& ws, const MotionAt& motion_at);
-    ContactSample sample_at(double t, int channel, Workspace& ws, const MotionAt& motion_at);
-    Crossing crossing(double t0, double t1, int channel, Workspace& ws, const MotionAt& motion_at);
+    void weigh(double t0, double t1, int channel, bool start_wanted, double& guess, Workspace& ws,
+               const MotionAt& motion_at, Verdict& verdict);
+    void mark(int channel);
+    void sample_marked(double t, Workspace& ws) const;
+    void move_bodies(double t, int channel, Workspace& ws, const MotionAt& motion_at) const;
+    Crossing crossing(double t0, double t1, int channel, double guess, Workspace& ws,
+                      const MotionAt& motion_at);
     ContactEvent end_of_contact(double t0, double t1, int channel, Workspace& ws) const;
     double threshold(int channel, double speed, const ContactSample& sample) const;
     void begin_contact(const Crossing& start, const ContactSample& sample, State& state);
@@ -87,7 +95,17 @@ class ContactWatch {
     Onset onset_;
     double share_; // of the energy of approach
     std::vector<Crossing> starts_;
-    std::vector<ContactSample> before_; // samples at the last accepted step
+    struct Before {
+        double depth = -1, rate = 0, force = 0; // as in ContactSample
+        void visit(Archive& archive) { archive(depth, rate, force); }
+    };
+    void keep(const Workspace& ws);
+    /// f(channel) of what may have changed with a step: not of elements apart at both its ends.
+    template <class F> void for_elements(const Workspace& ws, F&& f) const;
+    std::vector<Before> before_;              // at the last accepted step
+    std::vector<unsigned char> before_apart_; // of each element, then: nothing of it remembers or is kept
+    std::vector<int> deep_;                   // scratch of foresee()
+    std::vector<unsigned char> fresh_;        // scratch, of elements as Workspace::apart
     struct JointNow {
         Vec3 resultant = Vec3::Zero();
         double moment = 0;

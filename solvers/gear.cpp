@@ -195,12 +195,19 @@ void Gear::forgive_stiff_part(double constant) {
         error_ = left;
 }
 
+void Gear::carry_on(double t) {
+    std::array<double, BdfHistory::capacity> w{};
+    interpolation_weights(history_.times(order_ + 1), t, w.data());
+    history_.combine(order_ + 1, w.data(), q_predicted_, u_predicted_);
+    set_motion(system_, q_predicted_, u_predicted_, ws_);
+}
+
 void Gear::motion_carried_on(double t, int body, BodyMotion& out) const {
     std::array<double, BdfHistory::capacity> w{};
     interpolation_weights(history_.times(order_ + 1), t, w.data());
-    Eigen::Matrix<double, 7, 1> q = Eigen::Matrix<double, 7, 1>::Zero();
-    Vec6 u = Vec6::Zero();
-    for (int i = 0; i <= order_; ++i) {
+    Eigen::Matrix<double, 7, 1> q = w[0] * history_.q(0).segment<7>(7 * body);
+    Vec6 u = w[0] * history_.u(0).segment<6>(6 * body);
+    for (int i = 1; i <= order_; ++i) {
         q += w[i] * history_.q(i).segment<7>(7 * body);
         u += w[i] * history_.u(i).segment<6>(6 * body);
     }
@@ -281,11 +288,16 @@ void Gear::accept(double t, double h, double error) {
         ++real_points_;
         norm_.set_scale(state_.q, state_.u, state_.z);
     }
-    const PhaseTimer timer(statistics_.seconds.evaluate);
-    set_motion(system_, state_.q, state_.u, ws_);
-    update_angles(system_, t, ws_, ws_.angles);
-    state_.angles = ws_.angles;
-    watch_.commit(t - h, t, state_, ws_);
+    {
+        const PhaseTimer timer(statistics_.seconds.evaluate);
+        set_motion(system_, state_.q, state_.u, ws_);
+        update_angles(system_, t, ws_, ws_.angles);
+        state_.angles = ws_.angles;
+    }
+    {
+        const PhaseTimer timer(statistics_.seconds.contact);
+        watch_.commit(t - h, t, state_, ws_);
+    }
     if (const double follow = watch_.suggested_step(); std::isfinite(follow)) {
         h_ = std::min(std::max(h_, full_h_), follow);
         kink_ = t;
@@ -296,6 +308,7 @@ void Gear::accept(double t, double h, double error) {
         h_ = std::max(h_, full_h_);
     }
     full_h_ = 0;
+    const PhaseTimer timer(statistics_.seconds.evaluate);
     integrate_powers(t);
 }
 

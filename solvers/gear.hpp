@@ -49,6 +49,7 @@ class Gear final : public ImplicitIntegrator {
     const VecX& end_u() const override { return history_.next_u(); }
     void motion_in_step(double t, int body, BodyMotion& out) const override;
     void motion_carried_on(double t, int body, BodyMotion& out) const override;
+    void carry_on(double t) override;
     void turn_to_velocity(int body, double* step);
 
     // gear_exact.cpp: the same with new derivatives at every iteration

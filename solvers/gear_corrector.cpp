@@ -90,7 +90,7 @@ void Gear::turn_to_velocity(int i, double* step) {
 Gear::Corrector Gear::refresh_matrix(double t) {
     {
         const PhaseTimer timer(statistics_.seconds.assemble);
-        linearise(system_, t, history_.next_lambda().data(), ws_);
+        linearise(system_, t, history_.next_lambda().data(), ws_, 1 / a0_);
         evaluate_rate_rows(system_, t, ws_);
         saddle_.assemble(system_, ws_, a0_, 1 / a0_, values_);
     }

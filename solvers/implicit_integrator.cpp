@@ -33,7 +33,8 @@ ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOpt
     : system_(system), options_(options), ws_(make_workspace(system, options.threads)), saddle_(system),
       formulation_(formulation_for(system, options.formulation)),
       linear_(make_saddle_solver(system, formulation_, options.threads)), solver_(*linear_),
-      consistent_(system), norm_(system, options.rtol, options.atol, options.threads),
+      projections_(options.projections ? options.projections : std::make_shared<ConsistentSolver>(system)),
+      consistent_(*projections_), norm_(system, options.rtol, options.atol, options.threads),
       watch_(system, options),
       motion_at_([this](double t, int body, BodyMotion& out) { motion_in_step(t, body, out); }),
       carried_on_([this](double t, int body, BodyMotion& out) { motion_carried_on(t, body, out); }) {
@@ -190,6 +191,8 @@ ImplicitIntegrator::Trial ImplicitIntegrator::next_trial(double t_stop) const {
 }
 
 void ImplicitIntegrator::end_at_contact(Trial& trial) {
+    const PhaseTimer timer(statistics_.seconds.contact);
+    carry_on(trial.t);
     if (const double end = watch_.foresee(state_.t, trial.t, ws_, carried_on_); end < trial.t) {
         full_h_ = std::max(full_h_, h_);
         trial = {end, end - state_.t, false};
@@ -197,6 +200,7 @@ void ImplicitIntegrator::end_at_contact(Trial& trial) {
 }
 
 bool ImplicitIntegrator::contact_too_deep(const Trial& trial, int order) {
+    const PhaseTimer timer(statistics_.seconds.contact);
     const ContactWatch::Verdict verdict = watch_.judge(state_.t, trial.t, ws_, motion_at_);
     if (verdict.ok)
         return false;
@@ -244,6 +248,7 @@ void ImplicitIntegrator::visit(Archive& archive) {
 }
 
 void ImplicitIntegrator::begin(const State& state, VecX& acceleration) {
+    saddle_.forget_pattern(); // the solvers have made their own of it
     state_ = state;
     ws_.angles = state.angles;
     ws_.z = state.z;

@@ -54,6 +54,8 @@ class ImplicitIntegrator : public Integrator {
     virtual void motion_in_step(double t, int body, BodyMotion& out) const = 0;
     /// The same beyond the last accepted step, by its polynomial.
     virtual void motion_carried_on(double t, int body, BodyMotion& out) const = 0;
+    /// That of all bodies into ws_.motion.
+    virtual void carry_on(double t) = 0;
     /// Moves that end by a solution in rhs_: velocity and multiplier change; position correction.
     virtual void move_end() = 0;
     /// How far move_end() moves coordinates for a change of velocities, s.
@@ -133,7 +135,8 @@ class ImplicitIntegrator : public Integrator {
     const Formulation formulation_; // in use
     const std::unique_ptr<LinearSolver> linear_;
     LinearSolver& solver_; // linear_, for K
-    ConsistentSolver consistent_;
+    const std::shared_ptr<ConsistentSolver> projections_;
+    ConsistentSolver& consistent_; // projections_
     ErrorNorm norm_;
     ContactWatch watch_;
     const ContactWatch::MotionAt motion_at_, carried_on_;

@@ -13,6 +13,8 @@
 
 namespace gudgeon {
 
+class ConsistentSolver;
+
 /// What a step does with a contact that is new in it (contact_watch.hpp): keep it if it starts shallow,
 /// end the step where it starts, or take it as it comes.
 enum class Onset { threshold, root, ignored };
@@ -36,6 +38,8 @@ struct IntegratorOptions {
     Formulation formulation = Formulation::saddle_point;
     long max_steps = std::numeric_limits<long>::max();
     bool redundant = false; // rows of the start repeat each other; set by Simulation
+    /// Projections of the same system, shared with who samples (one thread at a time); none: made anew.
+    std::shared_ptr<ConsistentSolver> projections = nullptr;
 };
 
 inline Rows rows_of(const IntegratorOptions& options) {
@@ -49,8 +53,9 @@ struct PhaseTimes {
     double factor = 0;
     double solve = 0;
     double control = 0; // predictor, error test, step and order
+    double contact = 0; // contacts looked ahead for, begun, ended and remembered
     double output = 0;  // interpolation, projection and accelerations at samples
-    void visit(Archive& archive) { archive(evaluate, assemble, factor, solve, control, output); }
+    void visit(Archive& archive) { archive(evaluate, assemble, factor, solve, control, contact, output); }
 };
 
 struct Statistics {

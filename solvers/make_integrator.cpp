@@ -43,7 +43,7 @@ Statistics& Statistics::operator+=(const Statistics& o) {
     constraint_position_max = std::max(constraint_position_max, o.constraint_position_max);
     constraint_velocity_max = std::max(constraint_velocity_max, o.constraint_velocity_max);
     for (auto phase : {&PhaseTimes::evaluate, &PhaseTimes::assemble, &PhaseTimes::factor, &PhaseTimes::solve,
-                       &PhaseTimes::control, &PhaseTimes::output})
+                       &PhaseTimes::control, &PhaseTimes::contact, &PhaseTimes::output})
         seconds.*phase += o.seconds.*phase;
     return *this;
 }

@@ -3,6 +3,7 @@
 #include "solvers/radau.hpp"
 
 #include "solvers/bdf_history.hpp"
+#include "solvers/parallel.hpp"
 #include "solvers/phase_timer.hpp"
 #include "solvers/radau_coefficients.hpp"
 
@@ -209,6 +210,14 @@ void Radau::motion_carried_on(double t, int body, BodyMotion& out) const {
     put_beyond(body, step, u, out);
 }
 
+void Radau::carry_on(double t) {
+    constexpr std::ptrdiff_t grain = 256;
+    for_ranges(system_.moving, options_.threads, grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (int i = static_cast<int>(begin); i < end; ++i)
+            motion_carried_on(t, i, ws_.motion[i]);
+    });
+}
+
 void Radau::motion_in_step(double t, int body, BodyMotion& out) const {
     const RadauCoefficients& k = radau_coefficients();
     const std::array<double, 4> nodes{0, k.c[0], k.c[1], 1};
@@ -331,7 +340,13 @@ void Radau::accept(double t, double h, double error) {
         state_.t = t;
         update_angles(system_, t, ws_, ws_.angles);
         state_.angles = ws_.angles;
+    }
+    {
+        const PhaseTimer timer(statistics_.seconds.contact);
         watch_.commit(t - h, t, state_, ws_);
+    }
+    {
+        const PhaseTimer timer(statistics_.seconds.evaluate);
         ws_.lambda = state_.lambda;
         evaluate_forces(system_, t, ws_);
         evaluate_constraints(system_, t, state_.lambda.data(), false, ws_);

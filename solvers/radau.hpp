@@ -56,6 +56,7 @@ class Radau final : public ImplicitIntegrator {
     void stage_coordinates(int stage, VecX& q) const;
     void motion_in_step(double t, int body, BodyMotion& out) const override;
     void motion_carried_on(double t, int body, BodyMotion& out) const override;
+    void carry_on(double t) override;
     void put_beyond(int body, const Vec6& step, const Vec6& u, BodyMotion& out) const;
     void move_end() override;
     double q_per_u() const override { return 0; }

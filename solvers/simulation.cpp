@@ -39,8 +39,9 @@ struct Simulation::Impl {
     std::vector<RankChange> rank_changes;
     int deficiency = 0, repeated = 0; // of the last sample: by pivots, by rank
     std::unique_ptr<Integrator> integrator;
-    ConsistentSolver consistent;
-    Workspace ws; // for samples
+    const std::shared_ptr<ConsistentSolver> projections; // the integrator's too
+    ConsistentSolver& consistent;                        // projections
+    Workspace ws;                                        // for samples
     Sample sample;
     State now; // state at time()
     std::vector<double> breaks;
@@ -50,7 +51,8 @@ struct Simulation::Impl {
     std::uint64_t model_sum = 0; // of its text, 0: not formed yet
 
     Impl(Model model, const SimulationOptions& given)
-        : system(compile_all(std::move(model), given)), start(initial_state(system)), consistent(system),
+        : system(compile_all(std::move(model), given)), start(initial_state(system)),
+          projections(std::make_shared<ConsistentSolver>(system)), consistent(*projections),
           ws(make_workspace(system)), options(given) {
         breaks = break_times(system.model);
         assemble();
@@ -61,6 +63,7 @@ struct Simulation::Impl {
         require_numbers(start);
         IntegratorOptions integration = options.integration;
         integration.redundant = !redundancy.dependent.empty();
+        integration.projections = projections;
         repeated = static_cast<int>(redundancy.dependent.size());
         if (integration.redundant)
             consistent.soften();

@@ -95,6 +95,7 @@ void put_window(const Window& w, Record& out) {
     out["factor"] = word(a.factor - b.factor);
     out["solve"] = word(a.solve - b.solve);
     out["control"] = word(a.control - b.control);
+    out["contact"] = word(a.contact - b.contact);
     out["sweeps"] = std::to_string(w.after.newton_sweeps - w.before.newton_sweeps);
     out["factorisations"] = std::to_string(w.after.factorisations + w.after.refactorisations -
                                            w.before.factorisations - w.before.refactorisations);

@@ -59,9 +59,9 @@ std::vector<Case> cases(const Options& o, const std::vector<std::string>& integr
 }
 
 const std::vector<std::string> step_columns{
-    "mechanism", "joints",  "integrator", "threads",  "bodies",       "rows",    "status",  "us_cpu",
-    "growth",    "us_wall", "evaluate",   "assemble", "factor",       "solve",   "control", "rest",
-    "us_sample", "sweeps",  "factored",   "nnz_body", "factors_body", "kB_body", "kB_peak"};
+    "mechanism", "joints",    "integrator", "threads",  "bodies",   "rows",         "status",  "us_cpu",
+    "growth",    "us_wall",   "evaluate",   "assemble", "factor",   "solve",        "control", "contact",
+    "rest",      "us_sample", "sweeps",     "factored", "nnz_body", "factors_body", "kB_body", "kB_peak"};
 
 /// CPU time at the first size above 1000 bodies, of each mechanism, joints, integrator and number of threads.
 using References = std::map<std::string, double>;
@@ -84,7 +84,7 @@ std::vector<std::string> step_cells(const Case& c, const Record& r, References& 
                                  cell(cpu),
                                  cell(cpu / reference),
                                  cell(us * wall)};
-    for (const char* phase : {"evaluate", "assemble", "factor", "solve", "control"}) {
+    for (const char* phase : {"evaluate", "assemble", "factor", "solve", "control", "contact"}) {
         const double share = number(r, phase) / wall;
         rest -= share;
         out.push_back(cell(us * wall * share));

@@ -126,7 +126,8 @@ TEST_F(Run, SummaryHasEveryKey) {
     EXPECT_EQ(steps, s["steps"].get<long>());
     const json& phases = s["cpu_seconds_by_phase"];
     double sum = 0;
-    for (const char* phase : {"evaluate", "assemble", "factor", "solve", "control", "output", "other"})
+    for (const char* phase :
+         {"evaluate", "assemble", "factor", "solve", "control", "contact", "output", "other"})
         sum += phases.at(phase).get<double>();
     EXPECT_TRUE(phases.contains("setup"));
     EXPECT_NEAR(sum, s["cpu_seconds"].get<double>(), 0.05 * sum + 1e-9);

@@ -307,15 +307,14 @@ TEST(BlockStructure, EveryUnknownAndEntryHasOnePlace) {
         std::set<int> unknowns(s.order.begin(), s.order.end()), slots;
         EXPECT_EQ(std::ssize(unknowns), pattern.cols) << m.name;
         for (const Front& front : s.fronts)
-            for (int e = front.entry_start; e < front.entry_end; ++e) {
+            s.for_entries(front.entry_start, front.entry_end, [&](int row, int col, int slot) {
                 const auto unknown = [&](int place) { return s.order[s.unknown(front, place)]; };
-                const FrontEntry entry = s.entries[e];
-                const int column = unknown(entry.col);
-                EXPECT_EQ(pattern.row[entry.slot], unknown(entry.row));
-                EXPECT_GE(entry.slot, pattern.col_start[column]);
-                EXPECT_LT(entry.slot, pattern.col_start[column + 1]);
-                slots.insert(entry.slot);
-            }
+                const int column = unknown(col);
+                EXPECT_EQ(pattern.row[slot], unknown(row));
+                EXPECT_GE(slot, pattern.col_start[column]);
+                EXPECT_LT(slot, pattern.col_start[column + 1]);
+                EXPECT_TRUE(slots.insert(slot).second);
+            });
         EXPECT_EQ(std::ssize(slots), pattern.nonzeros()) << m.name;
         const CscPattern back = pattern_of(s);
         EXPECT_EQ(back.row, pattern.row) << m.name;
