@@ -20,8 +20,9 @@ const char* onset_name(Onset onset);
 /// Throws std::invalid_argument for an unknown word.
 Onset onset_named(const std::string& word);
 
-/// How gear and radau solve their linear systems, the same equations either way (formulation.hpp).
-enum class Formulation { saddle_point, saddle_point_klu, augmented_lagrangian, automatic };
+/// How gear and radau solve their linear systems, the same equations either way (formulation.hpp); tree:
+/// joint coordinates of a spanning tree instead of those of the bodies (motion_equations.hpp), rk4 and erk.
+enum class Formulation { saddle_point, saddle_point_klu, augmented_lagrangian, tree, automatic };
 const char* formulation_name(Formulation formulation);
 /// Throws std::invalid_argument for an unknown word.
 Formulation formulation_named(const std::string& word);

@@ -11,7 +11,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 namespace gudgeon {
@@ -104,6 +106,8 @@ const char* formulation_name(Formulation formulation) {
         return "saddle-point-klu";
     case Formulation::augmented_lagrangian:
         return "augmented-lagrangian";
+    case Formulation::tree:
+        return "tree";
     case Formulation::automatic:
         break;
     }
@@ -112,11 +116,12 @@ const char* formulation_name(Formulation formulation) {
 
 Formulation formulation_named(const std::string& word) {
     for (const Formulation f : {Formulation::saddle_point, Formulation::saddle_point_klu,
-                                Formulation::augmented_lagrangian, Formulation::automatic})
+                                Formulation::augmented_lagrangian, Formulation::tree, Formulation::automatic})
         if (word == formulation_name(f))
             return f;
     throw std::invalid_argument(fmt::format(
-        "unknown formulation '{}'; allowed: saddle-point, saddle-point-klu, augmented-lagrangian, auto",
+        "unknown formulation '{}'; allowed: saddle-point, saddle-point-klu, augmented-lagrangian, tree, "
+        "auto",
         word));
 }
 
@@ -132,9 +137,16 @@ const std::vector<std::string>& integrator_names() {
 
 std::unique_ptr<Integrator> make_integrator(const std::string& name, const System& system,
                                             const IntegratorOptions& options) {
-    for (const auto& [known, make] : makers())
-        if (known == name)
-            return make(system, options);
+    static const std::array<std::string_view, 2> explicit_ones{"rk4", "erk"};
+    for (const auto& [known, make] : makers()) {
+        if (known != name)
+            continue;
+        if (options.formulation == Formulation::tree &&
+            std::ranges::find(explicit_ones, name) == explicit_ones.end())
+            throw std::invalid_argument(
+                fmt::format("formulation tree works with rk4 and erk, not with integrator {}", name));
+        return make(system, options);
+    }
     throw std::invalid_argument(
         fmt::format("unknown integrator '{}'; allowed: {}", name, fmt::join(integrator_names(), ", ")));
 }
