@@ -70,7 +70,9 @@ void add_run_options(CLI::App& command, Typed& typed) {
     };
     option("--integrator", "WORD", "auto (gear or radau, as the run asks), gear, radau, ida, rk4 or bayo");
     option("--formulation", "WORD",
-           "gear and radau: saddle-point (blocks), saddle-point-klu, augmented-lagrangian (CHOLMOD) or auto");
+           "gear and radau: saddle-point (blocks), saddle-point-klu, augmented-lagrangian (CHOLMOD) or auto; "
+           "rk4: "
+           "saddle-point, or tree (joint coordinates)");
     option("--rtol", "X", "relative error of a step, 1e-6");
     option("--atol", "X", "absolute error of a step (m, m/s, rad/s), as --rtol");
     option("--step", "S", "rk4, bayo: the step, 1e-3 s; elsewhere the largest step");
@@ -143,13 +145,21 @@ int whole(const Typed& typed, const std::string& option, int most, int fallback)
 
 /// Not every method has the choice.
 std::string formulation(const Typed& typed, const std::string& integrator) {
-    std::string word = choice(typed, "--formulation",
-                              {"saddle-point", "saddle-point-klu", "augmented-lagrangian", "auto"}, {});
+    std::string word =
+        choice(typed, "--formulation",
+               {"saddle-point", "saddle-point-klu", "augmented-lagrangian", "tree", "auto"}, {});
     if (!typed.options.contains("--formulation"))
         return word;
+    if (word == "tree") {
+        if (integrator != "rk4" && integrator != "erk")
+            throw UsageError("--formulation", fmt::format("'tree' with --integrator {}", integrator),
+                             "--formulation tree works with rk4 and erk");
+        return word;
+    }
     if ((integrator == "ida" || integrator == "rk4") && word != "saddle-point" && word != "auto")
         throw UsageError("--formulation", fmt::format("'{}' with --integrator {}", word, integrator),
-                         "saddle-point or auto; others with gear, radau, auto");
+                         integrator == "rk4" ? "saddle-point, tree or auto; others with gear, radau, auto"
+                                             : "saddle-point or auto; others with gear, radau, auto");
     if (integrator == "bayo" && word.starts_with("saddle-point"))
         throw UsageError("--formulation", fmt::format("'{}' with --integrator bayo", word),
                          "augmented-lagrangian or auto");
