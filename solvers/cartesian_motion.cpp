@@ -40,7 +40,7 @@ class CartesianMotion final : public MotionEquations {
     void respond(const Workspace& ws, const VecX& extra, VecX& speeds) override {
         equations_.respond(ws, extra, speeds);
     }
-    void body_accelerations(const Workspace&, const VecX& speed_rates, VecX& out) const override {
+    void body_accelerations(const Workspace&, const VecX& speed_rates, VecX& out) override {
         out = speed_rates;
     }
 

@@ -66,7 +66,7 @@ class MotionEquations {
     virtual void respond(const Workspace& ws, const VecX& extra, VecX& speeds) = 0;
 
     /// u' of all bodies (System's layout) with these w', at the last rates().
-    virtual void body_accelerations(const Workspace& ws, const VecX& speed_rates, VecX& out) const = 0;
+    virtual void body_accelerations(const Workspace& ws, const VecX& speed_rates, VecX& out) = 0;
 
     /// Some row of the system is kept by multipliers alone: x and w can leave it.
     virtual bool can_drift() const = 0;

@@ -7,6 +7,7 @@
 #include "solvers/phase_timer.hpp"
 
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -18,6 +19,8 @@ constexpr int most_closing = 25;
 constexpr double closed = 1e-13;      // m, rad
 constexpr double closed_rate = 1e-14; // m/s, rad/s, relative to the speeds
 constexpr double long_move = 0.3;     // rad, m: an iteration turns no joint further
+
+double largest(const VecX& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
 
 class TreeMotion final : public MotionEquations {
   public:
@@ -41,7 +44,7 @@ class TreeMotion final : public MotionEquations {
     FactorStatus rates(double t, const VecX& x, const VecX& w, const VecX& z, const VecX* extra,
                        Workspace& ws, MotionRates& out) override;
     void respond(const Workspace& ws, const VecX& extra, VecX& speeds) override;
-    void body_accelerations(const Workspace& ws, const VecX& speed_rates, VecX& out) const override;
+    void body_accelerations(const Workspace& ws, const VecX& speed_rates, VecX& out) override;
 
     bool can_drift() const override { return tree_.tree().cut_rows > 0; }
     bool close(double t, VecX& x, VecX& w, Workspace& ws) override;
@@ -112,11 +115,10 @@ void TreeMotion::respond(const Workspace& ws, const VecX& extra, VecX& speeds) {
     tree_.project(ws.motion, links_, acceleration_, speeds);
 }
 
-void TreeMotion::body_accelerations(const Workspace& ws, const VecX& speed_rates, VecX& out) const {
-    VecX products(system_.velocities());
-    tree_.products(ws.motion, links_, products);
+void TreeMotion::body_accelerations(const Workspace& ws, const VecX& speed_rates, VecX& out) {
+    tree_.products(ws.motion, links_, products_);
     tree_.expand(ws.motion, links_, speed_rates, out);
-    out += products;
+    out += products_;
 }
 
 bool TreeMotion::close(double t, VecX& x, VecX& w, Workspace& ws) {
@@ -129,7 +131,7 @@ double TreeMotion::open_rows(const VecX& residual) {
     const std::vector<bool>& kept = tree_.tree().kept;
     for (Eigen::Index r = 0; r < residual.size(); ++r)
         target_[r] = kept[static_cast<std::size_t>(r)] ? 0.0 : -residual[r];
-    return target_.cwiseAbs().maxCoeff();
+    return largest(target_);
 }
 
 bool TreeMotion::close_positions(double t, VecX& x, const VecX& w, Workspace& ws) {
@@ -145,7 +147,7 @@ bool TreeMotion::close_positions(double t, VecX& x, const VecX& w, Workspace& ws
             return false;
         last = open;
         respond(ws, target_, speeds_);
-        if (const double longest = speeds_.cwiseAbs().maxCoeff(); longest > long_move)
+        if (const double longest = largest(speeds_); longest > long_move)
             speeds_ *= long_move / longest;
         tree_.move(speeds_, x);
     }
@@ -157,7 +159,7 @@ bool TreeMotion::close_speeds(double t, const VecX& x, VecX& w, Workspace& ws) {
     for (int i = 0; i < most_closing; ++i) {
         set_motion(x, w, ws);
         evaluate_constraints(system_, t, nullptr, i == 0, ws);
-        const double open = open_rows(ws.rate), floor = closed_rate * (1 + w.cwiseAbs().maxCoeff());
+        const double open = open_rows(ws.rate), floor = closed_rate * (1 + largest(w));
         if (open <= floor || (open <= 1e3 * floor && open > 0.5 * last))
             return true;
         if (!std::isfinite(open) || open > 0.5 * last || (i == 0 && !equations_->prepare(ws).ok()))

@@ -10,7 +10,7 @@ namespace gudgeon::test {
 
 inline Mat3 random_inertia(std::mt19937& rng) {
     const Mat3 axes = rotation(random_orientation(rng));
-    const Vec3 size = Vec3(0.3, 0.4, 0.5) + random_vector(rng, 0.1);
+    const Vec3 size = Vec3(0.35, 0.45, 0.55) + random_vector(rng, 0.05);
     return axes * size.asDiagonal() * axes.transpose();
 }
 

@@ -18,7 +18,7 @@ struct Case {
     std::string name;
     std::map<std::string, std::string> parameters;
     double step, end;
-    double apart = 1e-8; // m, between the formulations at the end of a run
+    double apart = 2e-11; // m, between the formulations at the end of a run
 };
 
 void PrintTo(const Case& c, std::ostream* out) {
@@ -30,16 +30,27 @@ void PrintTo(const Case& c, std::ostream* out) {
 std::vector<Case> cases() {
     return {
         {"pendulum", {}, 1e-3, 1},
-        {"chain", {{"links", "4"}, {"thin", "1"}}, 1e-3, 1},
+        {"chain", {{"links", "4"}, {"thin", "1"}}, 1e-3, 1, 1e-9},
         {"chain", {{"links", "16"}}, 5e-4, 0.5},
-        {"heavy-top", {}, 5e-4, 1},
+        {"chain", {{"links", "6"}, {"joint", "spherical"}}, 5e-4, 0.5},
+        {"chain", {{"links", "6"}, {"joint", "universal"}}, 5e-4, 0.5},
+        {"heavy-top", {}, 5e-4, 1, 2e-8},
         {"four-bar", {}, 1e-3, 0.3},
-        {"slider-crank", {}, 5e-4, 0.5},
-        {"triple-pendulum", {}, 5e-4, 0.2},
-        {"stick-slip", {}, 5e-4, 0.2},
-        {"hmmwv-corner", {}, 2e-4, 0.05},
-        {"suspension-chain", {{"units", "2"}, {"joints", "perfect"}}, 2e-4, 0.05},
-        {"suspension-chain", {{"units", "2"}, {"joints", "bushing"}}, 2e-5, 0.005},
+        {"four-bar", {{"loops", "5"}}, 5e-4, 0.2},
+        {"slider-crank", {}, 5e-4, 0.5, 2e-9},
+        {"slider-crank", {{"joint", "spherical"}}, 1e-5, 0.01},
+        {"slider-crank", {{"joint", "revolute"}}, 1e-5, 0.01},
+        {"triple-pendulum", {}, 1e-5, 0.02},
+        {"triple-pendulum", {{"stops", "0"}}, 5e-4, 0.5},
+        {"stick-slip", {}, 1e-5, 0.02},
+        {"hmmwv-corner", {}, 1e-5, 0.005},
+        {"hmmwv-corner", {{"joints", "perfect"}}, 1e-4, 0.02},
+        {"suspension-chain", {{"units", "2"}, {"joints", "perfect"}}, 1e-4, 0.02},
+        {"suspension-chain", {{"units", "2"}, {"joints", "bushing"}}, 1e-5, 0.002},
+        {"suspension-chain", {{"units", "1"}, {"joints", "clearance"}}, 5e-6, 0.001},
+        {"suspension-chain", {{"units", "1"}, {"joints", "mixed"}}, 5e-6, 0.001},
+        {"bouncing-journal", {}, 1e-5, 0.01},
+        {"tilted-journal", {}, 1e-5, 0.01},
     };
 }
 
@@ -102,8 +113,8 @@ TEST_P(TreeMotionOf, ClosesItsLoops) {
     tree->store(x, w, state);
     set_motion(system, state.q, state.u, ws);
     evaluate_constraints(system, 0, nullptr, false, ws);
-    EXPECT_LT(ws.phi.cwiseAbs().maxCoeff(), 1e-12);
-    EXPECT_LT(ws.rate.cwiseAbs().maxCoeff(), 1e-12 * (1 + state.u.cwiseAbs().maxCoeff()));
+    EXPECT_LT(ws.phi.norm(), 1e-12);
+    EXPECT_LT(ws.rate.norm(), 1e-12 * (1 + state.u.cwiseAbs().maxCoeff()));
 }
 
 TEST_P(TreeMotionOf, RunsAgree) {
@@ -120,10 +131,10 @@ TEST_P(TreeMotionOf, RunsAgree) {
         ends.push_back(sim.sample());
     }
     EXPECT_LT((ends[0].state.q - ends[1].state.q).cwiseAbs().maxCoeff(), c.apart);
-    EXPECT_LT((ends[0].state.work - ends[1].state.work).norm(), 1e-6 * (1 + ends[0].state.work.norm()));
+    EXPECT_LT((ends[0].state.work - ends[1].state.work).norm(), 1e-8 * (1 + ends[0].state.work.norm()));
     for (std::size_t j = 0; j < ends[0].joint.size(); ++j)
         EXPECT_LT((ends[0].joint[j].force - ends[1].joint[j].force).norm(),
-                  1e-4 * (1 + ends[0].joint[j].force.norm()));
+                  1e-7 * (1 + ends[0].joint[j].force.norm()));
 }
 
 TEST(TreeMotion, Rk4HasOrderFour) {
@@ -162,17 +173,18 @@ TEST(TreeMotion, EnergyIsConserved) {
     Workspace ws = make_workspace(system);
     set_motion(system, rk4->state().q, rk4->state().u, ws);
     evaluate_constraints(system, 0, nullptr, false, ws);
-    EXPECT_LT(ws.phi.cwiseAbs().maxCoeff(), 1e-12); // nothing drifts
+    EXPECT_LT(ws.phi.norm(), 1e-12); // nothing drifts
 }
 
 TEST(TreeMotion, GoesOnExactlyFromACheckpoint) {
-    for (const std::string name : {"chain", "four-bar", "stick-slip"}) {
+    for (const std::string name : {"chain", "four-bar", "heavy-top"}) {
         SimulationOptions o;
         o.integrator = "rk4";
         o.integration = options(Formulation::tree, 1e-3);
         Simulation whole(build_mechanism(name, {}), o), first(build_mechanism(name, {}), o),
             second(build_mechanism(name, {}), o);
-        ASSERT_TRUE(whole.advance_to(0.02).ok);
+        const StepOutcome outcome = whole.advance_to(0.02);
+        ASSERT_TRUE(outcome.ok) << name << outcome.message;
         ASSERT_TRUE(first.advance_to(0.02).ok);
         std::stringstream file;
         first.save(file);
