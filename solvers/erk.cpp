@@ -2,21 +2,13 @@
 
 #include "core/assembly.hpp"
 #include "core/bad_numbers.hpp"
-#include "solvers/contact_watch.hpp"
-#include "solvers/explicit_pair.hpp"
-#include "solvers/hermite_motion.hpp"
-#include "solvers/motion_equations.hpp"
 #include "solvers/phase_timer.hpp"
-#include "solvers/singular_position.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
-#include <utility>
 
 namespace gudgeon {
 
@@ -26,89 +18,9 @@ constexpr double safety = 0.9, least_factor = 0.2, most_factor = 6;
 constexpr double memory_of_error = 0.04;   // share of the last error in the choice of the step (Gustafsson)
 constexpr double smallest_share = 4e-15;   // of t: shorter steps do not move it
 constexpr double deep_share = 100;         // of the smallest step: contacts are not resolved below
-constexpr double way_to_look = 1e6;        // of the smallest step, for a singular position ahead
 constexpr double loosest_of_eighth = 1e-3; // rtol from which on order 5 needs less work
 
-/// Coordinates, speeds, friction states and energies in one vector, so that stages are summed in one pass.
-class Erk final : public Integrator {
-  public:
-    Erk(const System& system, const IntegratorOptions& options, const char* name, int order);
-
-    const char* name() const override { return name_; }
-    const char* linear_solver() const override { return equations_->linear_solver(); }
-    const char* formulation() const override { return formulation_name(equations_->formulation()); }
-    const State& state() const override { return now_.state; }
-    Workspace& workspace() override { return ws_; }
-    const Statistics& statistics() const override;
-    void set_on_contact(std::function<void(const ContactEvent&)> f) override {
-        watch_.on_contact = std::move(f);
-    }
-    void start(const State& state) override;
-    StepOutcome advance(double t_stop) override;
-    void kink() override { fresh_ = false; }
-    void interpolate(double t, State& out) const override;
-    void visit(Archive& archive) override;
-    bool goes_on_exactly() const override { return true; }
-
-  private:
-    struct Point {
-        State state;
-        VecX y;            // x, w, z, work
-        VecX acceleration; // u' of the bodies; only where something can touch
-        void visit(Archive& archive) { archive(state, y, acceleration); }
-    };
-    struct Attempt {
-        double t, h; // end and length
-        bool last;   // ends at a stop
-    };
-
-    void refresh();
-    void weigh();
-    void first_step();
-    double smallest_step() const;
-    Attempt next_attempt(double t_stop);
-    bool attempt(const Attempt& trial);
-    bool find_stages(double t, double h, int first, int end) const;
-    bool rates(double t, const VecX& y, VecX& slope) const;
-    void combine(const VecX& from, const std::vector<PairTerm>& row, double h, VecX& out) const;
-    double error_of(double h);
-    bool close_end(double t);
-    void finish(const Attempt& trial);
-    void accept(const Attempt& trial, double error);
-    bool reject(StepReason reason, const Attempt& trial, double factor, double error);
-    StepOutcome stuck(const Attempt& trial) const;
-    void dense_stages() const;
-    std::array<long, 3> work_so_far() const;
-    static StepEnd end_of(const Point& point) {
-        return {point.state.t, point.state.q, point.state.u, point.acceleration};
-    }
-
-    const System& system_;
-    const IntegratorOptions options_;
-    const char* const name_;
-    const ExplicitPair& pair_;
-    const std::unique_ptr<MotionEquations> equations_;
-    const Eigen::Index x_, w_, z_; // sizes
-    mutable Workspace ws_;
-    ContactWatch watch_;
-    Point before_, now_, next_;       // begin and end of the last step; the step being tried
-    mutable std::vector<VecX> slope_; // stages: of the last accepted step, then of the one being tried
-    VecX first_slope_;                // at now_
-    mutable MotionRates rates_;
-    mutable VecX x_now_, w_now_, z_now_, y_; // scratch
-    mutable std::vector<double> dense_weight_;
-    mutable FactorStatus status_; // of the last evaluation that failed
-    VecX weight_, external_;
-    std::vector<double> error_sum_;
-    mutable std::array<long, 3> output_work_{}; // evaluations, (re)factorisations of dense_stages()
-    mutable int known_ = 0;                     // stages of the last accepted step that are there
-    bool fresh_ = false;                        // first_slope_ is that of now_
-    double h_ = 0, error_ = 1;
-    StepReason reason_ = StepReason::none; // of the last rejection
-    std::string trouble_;                  // what was no number in it
-    StepOutcome started_;
-    mutable Statistics statistics_;
-};
+} // namespace
 
 Erk::Erk(const System& system, const IntegratorOptions& options, const char* name, int order)
     : system_(system), options_(options), name_(name), pair_(explicit_pair(order)),
@@ -414,96 +326,6 @@ bool Erk::reject(StepReason reason, const Attempt& trial, double factor, double 
         on_step({trial.t, trial.h, pair_.order, reason, error});
     return false;
 }
-
-StepOutcome Erk::stuck(const Attempt& trial) const {
-    const double t = now_.state.t;
-    if (reason_ == StepReason::non_finite && !trouble_.empty())
-        return {false, StepReason::non_finite, fmt::format("at t = {:.9g} s: {}", t, trouble_)};
-    if (reason_ == StepReason::singular)
-        return {
-            false, StepReason::singular,
-            fmt::format("at t = {:.9g} s the acceleration equations are singular (constraints repeat each "
-                        "other?); first at {}",
-                        t, equations_->name_of(status_.column))};
-    if (!(trial.h > 0))
-        return {false, reason_, fmt::format("at t = {:.9g} s accelerations are beyond all numbers", t)};
-    std::string text = fmt::format("at t = {:.9g} s the step fell to {:.3g} s; last rejected by {}", t,
-                                   trial.h, step_reason_name(reason_));
-    if (const std::string rows = singular_rows(system_, now_.state, way_to_look * smallest_step());
-        !rows.empty())
-        text += fmt::format("; next to a singular position, where {} repeat other constraints", rows);
-    if (const std::string contact = watch_.culprit(-1); !contact.empty())
-        text += "; contact of " + contact;
-    return {false, StepReason::step_too_small, text};
-}
-
-// Work for output is left out: what a run costs does not depend on who looks at it.
-const Statistics& Erk::statistics() const {
-    equations_->report(statistics_);
-    statistics_.evaluations -= output_work_[0];
-    statistics_.factorisations -= output_work_[1];
-    statistics_.refactorisations -= output_work_[2];
-    return statistics_;
-}
-
-std::array<long, 3> Erk::work_so_far() const {
-    Statistics all;
-    equations_->report(all);
-    return {all.evaluations, all.factorisations, all.refactorisations};
-}
-
-// The further stages belong to the memory of contacts and angles that the step was made with.
-void Erk::dense_stages() const {
-    const State &a = before_.state, &b = now_.state;
-    const double h = b.t - a.t;
-    const std::array<long, 3> before = work_so_far();
-    ws_.remember(a);
-    for (int j = known_; j < pair_.all_stages(); ++j) {
-        combine(before_.y, pair_.a[j], h, y_);
-        if (!rates(a.t + pair_.c[j] * h, y_, slope_[j]))
-            slope_[j] = slope_[pair_.stages];
-    }
-    known_ = pair_.all_stages();
-    ws_.remember(b);
-    const std::array<long, 3> after = work_so_far();
-    for (std::size_t i = 0; i < after.size(); ++i)
-        output_work_[i] += after[i] - before[i];
-}
-
-void Erk::interpolate(double t, State& out) const {
-    const PhaseTimer timer(statistics_.seconds.output);
-    out = now_.state;
-    const double begin = before_.state.t, h = now_.state.t - begin;
-    if (!(h > 0) || t >= now_.state.t || known_ == 0)
-        return;
-    if (known_ < pair_.all_stages())
-        dense_stages();
-    const double share = std::max(0.0, (t - begin) / h);
-    pair_.dense_weights(share, dense_weight_);
-    y_ = before_.y;
-    for (int j = 0; j < pair_.all_stages(); ++j)
-        y_ += (h * dense_weight_[j]) * slope_[j];
-    x_now_ = y_.head(x_);
-    w_now_ = y_.segment(x_, w_);
-    equations_->normalise(x_now_);
-    out.t = t;
-    equations_->store(x_now_, w_now_, out);
-    out.z = y_.segment(x_ + w_, z_);
-    out.work = y_.tail(y_.size() - x_ - w_ - z_);
-    out.lambda = before_.state.lambda + share * (now_.state.lambda - before_.state.lambda);
-    watch_.memory_inside(out.contacts);
-}
-
-void Erk::visit(Archive& archive) {
-    archive.section(name());
-    archive(ws_, watch_, before_, now_, slope_, first_slope_, known_, output_work_[0], output_work_[1],
-            output_work_[2], fresh_, h_, error_, reason_, external_, statistics_);
-    equations_->visit(archive);
-    if (archive.reading())
-        started_ = {};
-}
-
-} // namespace
 
 std::unique_ptr<Integrator> make_erk5(const System& system, const IntegratorOptions& options) {
     return std::make_unique<Erk>(system, options, "erk5", 5);
