@@ -68,13 +68,13 @@ void add_run_options(CLI::App& command, Typed& typed) {
     const auto option = [&](const char* name, const char* value, const char* help) {
         add_text(command, typed, name, value, help);
     };
-    option("--integrator", "WORD",
-           "auto (gear or radau, as the run asks), gear, radau, ida, rk4, erk (erk5 or erk8, explicit), or "
-           "bayo");
+    option(
+        "--integrator", "WORD",
+        "auto (radau, gear or erk, as the run asks), gear, radau, ida, rk4, erk (erk5 or erk8, explicit), or "
+        "bayo");
     option("--formulation", "WORD",
            "gear and radau: saddle-point (blocks), saddle-point-klu, augmented-lagrangian (CHOLMOD) or auto; "
-           "rk4: "
-           "saddle-point, or tree (joint coordinates)");
+           "rk4, erk: saddle-point or tree (joint coordinates)");
     option("--rtol", "X", "relative error of a step, 1e-6");
     option("--atol", "X", "absolute error of a step (m, m/s, rad/s), as --rtol");
     option("--step", "S", "rk4, bayo: the step, 1e-3 s; elsewhere the largest step");

@@ -2,6 +2,7 @@
 
 #include "core/assembly.hpp"
 #include "core/bad_numbers.hpp"
+#include "core/spanning_tree.hpp"
 #include "solvers/phase_timer.hpp"
 
 #include <fmt/format.h>
@@ -327,16 +328,27 @@ bool Erk::reject(StepReason reason, const Attempt& trial, double factor, double 
     return false;
 }
 
+namespace {
+/// Left to the program: joint coordinates where no loop has to be closed.
+std::unique_ptr<Integrator> make(const System& system, IntegratorOptions options, const char* name,
+                                 int order) {
+    if (options.formulation == Formulation::automatic)
+        options.formulation =
+            spanning_tree(system).cut_rows == 0 ? Formulation::tree : Formulation::saddle_point;
+    return std::make_unique<Erk>(system, options, name, order);
+}
+} // namespace
+
 std::unique_ptr<Integrator> make_erk5(const System& system, const IntegratorOptions& options) {
-    return std::make_unique<Erk>(system, options, "erk5", 5);
+    return make(system, options, "erk5", 5);
 }
 
 std::unique_ptr<Integrator> make_erk8(const System& system, const IntegratorOptions& options) {
-    return std::make_unique<Erk>(system, options, "erk8", 8);
+    return make(system, options, "erk8", 8);
 }
 
 std::unique_ptr<Integrator> make_erk(const System& system, const IntegratorOptions& options) {
-    return std::make_unique<Erk>(system, options, "erk", options.rtol > loosest_of_eighth ? 5 : 8);
+    return make(system, options, "erk", options.rtol > loosest_of_eighth ? 5 : 8);
 }
 
 } // namespace gudgeon

@@ -12,6 +12,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -40,6 +41,8 @@ Statistics& Statistics::operator+=(const Statistics& o) {
     nnz_factors = std::max(nnz_factors, o.nnz_factors);
     for (std::size_t k = 0; k < order_histogram.size(); ++k)
         order_histogram[k] += o.order_histogram[k];
+    if (std::isnan(softened_at) || o.softened_at < softened_at)
+        softened_at = o.softened_at;
     smallest_step = std::min(smallest_step, o.smallest_step);
     largest_step = std::max(largest_step, o.largest_step);
     constraint_position_max = std::max(constraint_position_max, o.constraint_position_max);
