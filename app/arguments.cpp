@@ -68,9 +68,13 @@ void add_run_options(CLI::App& command, Typed& typed) {
     const auto option = [&](const char* name, const char* value, const char* help) {
         add_text(command, typed, name, value, help);
     };
-    option("--integrator", "WORD", "auto (gear or radau, as the run asks), gear, radau, ida, rk4 or bayo");
+    option(
+        "--integrator", "WORD",
+        "auto (radau, gear or erk, as the run asks), gear, radau, ida, rk4, erk (erk5 or erk8, explicit), or "
+        "bayo");
     option("--formulation", "WORD",
-           "gear and radau: saddle-point (blocks), saddle-point-klu, augmented-lagrangian (CHOLMOD) or auto");
+           "gear and radau: saddle-point (blocks), saddle-point-klu, augmented-lagrangian (CHOLMOD) or auto; "
+           "rk4, erk: saddle-point or tree (joint coordinates)");
     option("--rtol", "X", "relative error of a step, 1e-6");
     option("--atol", "X", "absolute error of a step (m, m/s, rad/s), as --rtol");
     option("--step", "S", "rk4, bayo: the step, 1e-3 s; elsewhere the largest step");
@@ -143,13 +147,21 @@ int whole(const Typed& typed, const std::string& option, int most, int fallback)
 
 /// Not every method has the choice.
 std::string formulation(const Typed& typed, const std::string& integrator) {
-    std::string word = choice(typed, "--formulation",
-                              {"saddle-point", "saddle-point-klu", "augmented-lagrangian", "auto"}, {});
+    std::string word =
+        choice(typed, "--formulation",
+               {"saddle-point", "saddle-point-klu", "augmented-lagrangian", "tree", "auto"}, {});
     if (!typed.options.contains("--formulation"))
         return word;
-    if ((integrator == "ida" || integrator == "rk4") && word != "saddle-point" && word != "auto")
+    if (word == "tree") {
+        if (!is_explicit(integrator))
+            throw UsageError("--formulation", fmt::format("'tree' with --integrator {}", integrator),
+                             "--formulation tree works with rk4, erk, erk5, erk8");
+        return word;
+    }
+    if ((integrator == "ida" || is_explicit(integrator)) && word != "saddle-point" && word != "auto")
         throw UsageError("--formulation", fmt::format("'{}' with --integrator {}", word, integrator),
-                         "saddle-point or auto; others with gear, radau, auto");
+                         is_explicit(integrator) ? "saddle-point, tree or auto; others with gear, radau, auto"
+                                                 : "saddle-point or auto; others with gear, radau, auto");
     if (integrator == "bayo" && word.starts_with("saddle-point"))
         throw UsageError("--formulation", fmt::format("'{}' with --integrator bayo", word),
                          "augmented-lagrangian or auto");

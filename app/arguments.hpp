@@ -19,7 +19,7 @@ struct ModelArguments {
 
 struct RunArguments {
     ModelArguments model;
-    std::string integrator = "auto", formulation = "saddle-point", start = "as-given";
+    std::string integrator = "auto", formulation = "auto", start = "as-given";
     double rtol = 1e-6;
     std::optional<double> atol;       // rtol if absent
     std::optional<double> step;       // s

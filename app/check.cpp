@@ -7,6 +7,7 @@
 #include "core/channels.hpp"
 #include "core/joint_kinds.hpp"
 #include "core/joint_motions.hpp"
+#include "core/spanning_tree.hpp"
 #include "solvers/notices.hpp"
 #include "solvers/redundancy.hpp"
 #include "solvers/singular_position.hpp"
@@ -72,6 +73,25 @@ void print_sizes(const System& system, const LoadedModel& loaded, const Console&
         system.row_count(), pattern.rows, pattern.cols, pattern.nonzeros(), Channels::count_all(system));
 }
 
+/// What --formulation tree makes of it.
+void print_tree(const System& system, const Console& console) {
+    const SpanningTree tree = spanning_tree(system);
+    std::string cuts;
+    for (const int joint : tree.cut_joints) {
+        constexpr std::size_t most = 60;
+        if (cuts.size() > most) {
+            cuts += ", ...";
+            break;
+        }
+        cuts += fmt::format("{}'{}'", cuts.empty() ? ": " : ", ", system.joints[joint].name);
+    }
+    console.out << fmt::format(
+        "tree                {} joints, depth {}, {} free bodies, {} joint coordinates, {} speeds\n"
+        "cuts                {} rows of {} joints{}\n",
+        tree.tree_joints(), tree.depth, tree.links.size() - std::size_t(tree.tree_joints()), tree.coordinates,
+        tree.speeds, tree.cut_rows, tree.cut_joints.size(), cuts);
+}
+
 void print_assembly(const System& system, const AssemblyReport& report, const Console& console) {
     console.out << fmt::format("violation as given  {:.3g} m or rad, {:.3g} m/s or rad/s\n",
                                report.position_before, report.velocity_before);
@@ -114,6 +134,7 @@ int check(const ModelArguments& arguments, const Console& console) {
     LoadedModel loaded = load_model(arguments);
     const System system = compile(take_model(loaded), standard_force_builders());
     print_sizes(system, loaded, console);
+    print_tree(system, console);
     State state = initial_state(system);
     const AssemblyReport assembly = assemble_start(system, state);
     print_assembly(system, assembly, console);

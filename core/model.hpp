@@ -173,6 +173,8 @@ struct Joint {
     std::map<std::string, double> start_angles;
     /// Driven coordinates: name of a free coordinate (angle, slide, u, v, angle1, angle2) -> function.
     std::map<std::string, TimeFunction> drives;
+    /// Loops are cut here where the mechanism is treated as a tree (spanning_tree.hpp).
+    bool cut = false;
 };
 
 /// Force along the line between two points: tension = k (l - l0) + c l' + actuator(t). A table

@@ -86,9 +86,9 @@ void read_axes(const JsonInput& in, Joint& joint) {
 } // namespace
 
 Joint read_joint(const JsonInput& in) {
-    in.expect_keys({"name",      "kind",    "bodies",    "frame",      "point",  "points",      "axis",
-                    "axis2",     "axes",    "reference", "references", "length", "fidelity",    "bushing",
-                    "clearance", "bearing", "stops",     "friction",   "drives", "start_angles"});
+    in.expect_keys({"name",      "kind",    "bodies",    "frame",      "point",  "points",       "axis",
+                    "axis2",     "axes",    "reference", "references", "length", "fidelity",     "bushing",
+                    "clearance", "bearing", "stops",     "friction",   "drives", "start_angles", "cut"});
     Joint joint;
     joint.name = in.at("name").text();
     joint.kind = read_kind(in.at("kind"));
@@ -104,6 +104,7 @@ Joint read_joint(const JsonInput& in) {
     if (joint.fidelity == Fidelity::bushing || in.has("bushing"))
         joint.bushing = read_bushing(in.at("bushing"));
     read_contacts(in, joint);
+    joint.cut = in.has("cut") && in.at("cut").flag();
     if (in.has("start_angles"))
         for (const auto& [coordinate, angle] : in.at("start_angles").members())
             joint.start_angles.emplace(coordinate, angle.number());

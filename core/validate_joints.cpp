@@ -137,6 +137,14 @@ void check_drives(const Checker& check, const std::string& at, const Joint& join
     }
 }
 
+// Only constraints close loops.
+void check_cut(const Checker& check, const std::string& at, const Joint& joint) {
+    if (joint.cut && !holds_any(joint, Fidelity::perfect))
+        check.refuse(at + "/cut",
+                     fmt::format("a cut at a joint with {}, which closes no loop", imperfection(joint)),
+                     "cuts at joints that hold some motion by a constraint");
+}
+
 } // namespace
 
 void check_joints(const Checker& check) {
@@ -155,6 +163,7 @@ void check_joints(const Checker& check) {
         check_bushing(check, at, joint);
         check_drives(check, at, joint);
         check_start_angles(check, at, joint);
+        check_cut(check, at, joint);
     }
 }
 

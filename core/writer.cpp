@@ -131,6 +131,8 @@ Json json(const Joint& joint) {
     put_contacts(out, joint);
     if (!joint.start_angles.empty())
         out["start_angles"] = joint.start_angles;
+    if (joint.cut)
+        out["cut"] = true;
     for (const auto& [coordinate, function] : joint.drives)
         out["drives"][coordinate] = json(function);
     return out;

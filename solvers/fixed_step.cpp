@@ -40,10 +40,11 @@ FixedStepIntegrator::FixedStepIntegrator(const System& system, const IntegratorO
 
 void FixedStepIntegrator::start(const State& state) {
     now_.state = state;
+    enter(now_);
     ws_.angles = state.angles;
     ws_.z = state.z;
     ws_.lambda = state.lambda;
-    set_motion(system_, state.q, state.u, ws_);
+    set_motion(system_, now_.state.q, now_.state.u, ws_);
     watch_.begin(now_.state, ws_);
     started_ = finish_point(now_);
     before_ = now_;

@@ -34,9 +34,15 @@ class FixedStepIntegrator : public Integrator {
         VecX acceleration;
         VecX powers; // as State::work
         VecX z_rate; // of the friction states
-        void visit(Archive& archive) { archive(state, acceleration, powers, z_rate); }
+        // of methods on MotionEquations: its coordinates and speeds, their rates
+        VecX coordinates, speeds, coordinate_rate, speed_rate;
+        void visit(Archive& archive) {
+            archive(state, acceleration, powers, z_rate, coordinates, speeds, coordinate_rate, speed_rate);
+        }
     };
 
+    /// A run begins at the state of this point: what finish_point() takes beside it.
+    virtual void enter(Point&) {}
     /// From now_ to all of next_.
     virtual StepOutcome take_step(double h, double t_end) = 0;
     /// Accelerations, multipliers and the rest of a point by its time, coordinates, velocities and z.

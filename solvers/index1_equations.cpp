@@ -38,6 +38,16 @@ FactorStatus Index1Equations::factor(const Workspace& ws) {
     return klu_.factor(values_);
 }
 
+// Rows that turn out to repeat each other are soft from then on.
+FactorStatus Index1Equations::prepare(const Workspace& ws) {
+    FactorStatus status = factor(ws);
+    if (status.kind == FactorStatus::Kind::singular && rows_ == Rows::independent) {
+        use(Rows::soft);
+        status = factor(ws);
+    }
+    return status;
+}
+
 // Soft rows: what a solve leaves of G u' = target is solved for again, until round-off.
 void Index1Equations::close_rows(const Workspace& ws, const VecX& target) {
     constexpr int most_passes = 40;
@@ -73,11 +83,7 @@ FactorStatus Index1Equations::solve(double t, Workspace& ws, const VecX* extra, 
     target_ = gamma_;
     if (extra)
         target_ += *extra;
-    FactorStatus status = factor(ws);
-    if (status.kind == FactorStatus::Kind::singular && rows_ == Rows::independent) {
-        use(Rows::soft);
-        status = factor(ws);
-    }
+    const FactorStatus status = prepare(ws);
     if (!status.ok())
         return status;
     const PhaseTimer timer(seconds_.solve);

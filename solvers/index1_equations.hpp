@@ -25,7 +25,10 @@ class Index1Equations {
     /// sizes already.
     FactorStatus solve(double t, Workspace& ws, const VecX* extra, VecX& acceleration, VecX& lambda);
 
-    /// Change of the accelerations by `extra` alone, with the matrix of the last solve().
+    /// The matrix of respond() at ws.rows without the rest of a solve.
+    FactorStatus prepare(const Workspace& ws);
+
+    /// Change of the accelerations by `extra` alone, with the matrix of the last solve() or prepare().
     void respond(const Workspace& ws, const VecX& extra, VecX& acceleration);
 
     /// Writes the counts and times of all solves so far.

@@ -22,8 +22,9 @@ const char* onset_name(Onset onset);
 /// Throws std::invalid_argument for an unknown word.
 Onset onset_named(const std::string& word);
 
-/// How gear and radau solve their linear systems, the same equations either way (formulation.hpp).
-enum class Formulation { saddle_point, saddle_point_klu, augmented_lagrangian, automatic };
+/// How gear and radau solve their linear systems, the same equations either way (formulation.hpp); tree:
+/// joint coordinates of a spanning tree instead of those of the bodies (motion_equations.hpp), rk4 and erk.
+enum class Formulation { saddle_point, saddle_point_klu, augmented_lagrangian, tree, automatic };
 const char* formulation_name(Formulation formulation);
 /// Throws std::invalid_argument for an unknown word.
 Formulation formulation_named(const std::string& word);
@@ -177,6 +178,9 @@ class Integrator {
 
 /// Names accepted by make_integrator, the first is the default.
 const std::vector<std::string>& integrator_names();
+
+/// Explicit methods: rk4, erk, erk5, erk8. They alone work with Formulation::tree.
+bool is_explicit(const std::string& integrator);
 
 /// Throws std::invalid_argument for an unknown name. The system must outlive the integrator.
 std::unique_ptr<Integrator> make_integrator(const std::string& name, const System& system,

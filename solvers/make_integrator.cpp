@@ -2,6 +2,7 @@
 
 #include "solvers/auto_integrator.hpp"
 #include "solvers/bayo.hpp"
+#include "solvers/erk.hpp"
 #include "solvers/gear.hpp"
 #include "solvers/ida.hpp"
 #include "solvers/radau.hpp"
@@ -11,6 +12,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -19,9 +21,10 @@ namespace gudgeon {
 namespace {
 using Maker = std::unique_ptr<Integrator> (*)(const System&, const IntegratorOptions&);
 const std::vector<std::pair<std::string, Maker>>& makers() {
-    static const std::vector<std::pair<std::string, Maker>> list{{"auto", make_auto},   {"gear", make_gear},
-                                                                 {"radau", make_radau}, {"ida", make_ida},
-                                                                 {"rk4", make_rk4},     {"bayo", make_bayo}};
+    static const std::vector<std::pair<std::string, Maker>> list{
+        {"auto", make_auto}, {"gear", make_gear}, {"radau", make_radau},
+        {"ida", make_ida},   {"rk4", make_rk4},   {"erk", make_erk},
+        {"erk5", make_erk5}, {"erk8", make_erk8}, {"bayo", make_bayo}};
     return list;
 }
 } // namespace
@@ -38,6 +41,8 @@ Statistics& Statistics::operator+=(const Statistics& o) {
     nnz_factors = std::max(nnz_factors, o.nnz_factors);
     for (std::size_t k = 0; k < order_histogram.size(); ++k)
         order_histogram[k] += o.order_histogram[k];
+    if (std::isnan(softened_at) || o.softened_at < softened_at)
+        softened_at = o.softened_at;
     smallest_step = std::min(smallest_step, o.smallest_step);
     largest_step = std::max(largest_step, o.largest_step);
     constraint_position_max = std::max(constraint_position_max, o.constraint_position_max);
@@ -104,6 +109,8 @@ const char* formulation_name(Formulation formulation) {
         return "saddle-point-klu";
     case Formulation::augmented_lagrangian:
         return "augmented-lagrangian";
+    case Formulation::tree:
+        return "tree";
     case Formulation::automatic:
         break;
     }
@@ -112,11 +119,12 @@ const char* formulation_name(Formulation formulation) {
 
 Formulation formulation_named(const std::string& word) {
     for (const Formulation f : {Formulation::saddle_point, Formulation::saddle_point_klu,
-                                Formulation::augmented_lagrangian, Formulation::automatic})
+                                Formulation::augmented_lagrangian, Formulation::tree, Formulation::automatic})
         if (word == formulation_name(f))
             return f;
     throw std::invalid_argument(fmt::format(
-        "unknown formulation '{}'; allowed: saddle-point, saddle-point-klu, augmented-lagrangian, auto",
+        "unknown formulation '{}'; allowed: saddle-point, saddle-point-klu, augmented-lagrangian, tree, "
+        "auto",
         word));
 }
 
@@ -130,11 +138,20 @@ const std::vector<std::string>& integrator_names() {
     return names;
 }
 
+bool is_explicit(const std::string& integrator) {
+    return integrator == "rk4" || integrator.starts_with("erk");
+}
+
 std::unique_ptr<Integrator> make_integrator(const std::string& name, const System& system,
                                             const IntegratorOptions& options) {
-    for (const auto& [known, make] : makers())
-        if (known == name)
-            return make(system, options);
+    for (const auto& [known, make] : makers()) {
+        if (known != name)
+            continue;
+        if (options.formulation == Formulation::tree && !is_explicit(name))
+            throw std::invalid_argument(fmt::format(
+                "formulation tree works with rk4, erk, erk5 and erk8, not with integrator {}", name));
+        return make(system, options);
+    }
     throw std::invalid_argument(
         fmt::format("unknown integrator '{}'; allowed: {}", name, fmt::join(integrator_names(), ", ")));
 }

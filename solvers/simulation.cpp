@@ -318,8 +318,11 @@ Simulation::Matrices Simulation::matrices() {
     ws.angles = now.angles;
     ws.contacts = now.contacts;
     ws.z = now.z;
+    VecX lambda = now.lambda, acceleration;
+    if (impl_->options.integration.formulation == Formulation::tree) // it goes without those of its joints
+        impl_->consistent.accelerations(now.t, now.q, now.u, ws, acceleration, lambda);
     set_motion(s, now.q, now.u, ws);
-    linearise(s, now.t, now.lambda.data(), ws);
+    linearise(s, now.t, lambda.data(), ws);
     return {mass_matrix(s), blocks_as_matrix(s, ws.lin.C), blocks_as_matrix(s, ws.lin.S),
             rows_as_matrix(s, ws)};
 }

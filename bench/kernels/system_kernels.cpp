@@ -1,6 +1,8 @@
 #include "scene.hpp"
+#include "solvers/articulated_body.hpp"
 #include "solvers/consistent.hpp"
 #include "solvers/ida_equations.hpp"
+#include "solvers/motion_equations.hpp"
 
 #include <stdexcept>
 
@@ -76,12 +78,54 @@ void acceleration_kernels(Kernels& list, const std::string& suffix, const SceneS
     list.push_back({"accelerations" + suffix, prepare, scene_bodies});
 }
 
+/// Joint coordinates at the scene's point.
+struct TreePoint {
+    ScenePointer scene;
+    std::unique_ptr<MotionEquations> equations;
+    TreeKinematics tree;
+    ArticulatedBody articulated;
+    std::vector<LinkMotion> links;
+    Workspace ws;
+    VecX s, w;
+    MotionRates rates;
+
+    explicit TreePoint(const ScenePointer& from)
+        : scene(from), equations(make_motion_equations(from->system, {.formulation = Formulation::tree})),
+          tree(from->system), articulated(from->system, tree.tree()), links(tree.make_links()), ws(from->ws),
+          rates(equations->make_rates()) {
+        equations->load(from->state, s, w);
+        tree.take(from->state.q, from->state.u, s, w);
+        poses();
+        evaluate_forces(from->system, from->state.t, ws);
+    }
+    void poses() { tree.set_motion(s, w, ws.motion, links); }
+    void recursion() { articulated.solve(links, ws.motion, ws.f, rates.speeds); }
+    void evaluation() {
+        if (!equations->rates(scene->state.t, s, w, scene->state.z, nullptr, ws, rates).ok())
+            throw std::runtime_error("no accelerations");
+    }
+};
+
+/// Poses, articulated bodies, and one whole evaluation as explicit integrators ask for it.
+void tree_kernels(Kernels& list, const std::string& suffix, const SceneSource& scene) {
+    const auto add = [&](const std::string& name, void (TreePoint::*run)()) {
+        const auto prepare = [scene, run](const Setup& setup) {
+            const auto point = std::make_shared<TreePoint>(scene(setup));
+            return counted::Work{[point, run] { (*point.*run)(); }, {}, {}};
+        };
+        list.push_back({name + suffix, prepare, scene_bodies});
+    };
+    add("tree/motion", &TreePoint::poses);
+    add("tree/articulated", &TreePoint::recursion);
+    add("tree/evaluation", &TreePoint::evaluation);
+}
+
 } // namespace
 
 Kernels system_kernels() {
     Kernels list;
     for_scenes([&list](const std::string& suffix, const SceneSource& scene) {
-        for (const auto add : {evaluation_kernels, ida_kernels, acceleration_kernels})
+        for (const auto add : {evaluation_kernels, ida_kernels, acceleration_kernels, tree_kernels})
             add(list, suffix, scene);
     });
     return list;

@@ -41,11 +41,14 @@ TEST(Arguments, UnknownWords) {
     expect_refused({"run", "pendulum", "--integrator", "gera"},
                    {"--integrator", "'gera'", "did you mean 'gear'?", "auto, gear, radau, ida, rk4, bayo"});
     expect_refused({"run", "pendulum", "--formulation", "index-3"},
-                   {"'index-3'", "saddle-point, saddle-point-klu, augmented-lagrangian, auto"});
+                   {"'index-3'", "saddle-point, saddle-point-klu, augmented-lagrangian, tree, auto"});
     for (const char* integrator : {"ida", "rk4"})
         expect_refused(
             {"run", "pendulum", "--formulation", "augmented-lagrangian", "--integrator", integrator},
             {"--formulation", integrator, "gear, radau"});
+    for (const char* integrator : {"auto", "gear", "radau", "ida", "bayo"})
+        expect_refused({"run", "pendulum", "--formulation", "tree", "--integrator", integrator},
+                       {"--formulation", integrator, "--formulation tree works with rk4 and erk"});
     expect_refused({"run", "pendulum", "--formulation", "saddle-point", "--integrator", "bayo"},
                    {"--formulation", "bayo", "augmented-lagrangian"});
     expect_refused({"run", "pendulum", "--start", "anywhere"}, {"'anywhere'", "as-given, equilibrium"});

@@ -37,6 +37,9 @@ TEST_F(Check, SliderCrank) {
     EXPECT_EQ(line_of(outcome.out, "unknowns"), "18 velocities, 17 constraint rows");
     EXPECT_EQ(line_of(outcome.out, "degrees of freedom"), "1");
     EXPECT_EQ(line_of(outcome.out, "redundant rows"), "0");
+    EXPECT_EQ(line_of(outcome.out, "tree"),
+              "3 joints, depth 2, 0 free bodies, 4 joint coordinates, 4 speeds");
+    EXPECT_EQ(line_of(outcome.out, "cuts"), "3 rows of 1 joints: 'B'");
     EXPECT_EQ(line_of(outcome.out, "matrix").substr(0, 8), "35 x 35,");
     EXPECT_EQ(line_of(outcome.out, "columns of output"), std::to_string(3 * 19 + 13 + 18 + 14 + 13 + 6));
 }

@@ -187,6 +187,18 @@ TEST(Reader, MessageNamesFilePlaceProblemAndWhatIsAllowed) {
     }
 }
 
+TEST(Reader, CutJoints) {
+    Model model = all();
+    EXPECT_FALSE(model.joints[0].cut);
+    model.joints[0].cut = true;
+    const auto json = to_json(model);
+    EXPECT_EQ(json["joints"][0]["cut"], true);
+    EXPECT_FALSE(json["joints"][1].contains("cut"));
+    const Model back = parse_model(write_model(model), "written");
+    EXPECT_TRUE(back.joints[0].cut);
+    EXPECT_FALSE(back.joints[1].cut);
+}
+
 // The written text is compared: two models write the same text only if every double is the same.
 void expect_round_trip(const Model& model) {
     const std::string text = write_model(model);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <sstream>
 
 namespace gudgeon {
 namespace {
@@ -52,6 +53,54 @@ TEST(AutoIntegrator, KeepsLoadsFromOutside) {
     sim.set_load("bob", {0, 0, 9.81}, Vec3::Zero()); // weightless: it stays where it is
     ASSERT_TRUE(sim.advance_to(1).ok);
     EXPECT_NEAR(sim.sample().motion[0].r.x(), -1, 1e-9);
+}
+
+Simulation left_to_the_program(const std::string& mechanism, std::vector<UserForce> forces = {}) {
+    SimulationOptions options;
+    options.integrator = "auto";
+    options.integration.rtol = options.integration.atol = 1e-8;
+    options.integration.formulation = Formulation::automatic;
+    options.user_forces = std::move(forces);
+    return Simulation(build_mechanism(mechanism), options);
+}
+
+TEST(AutoIntegrator, OpenTreesWithoutStiffForcesAreExplicitInJointCoordinates) {
+    for (const char* name : {"chain", "heavy-top"}) {
+        Simulation sim = left_to_the_program(name);
+        EXPECT_EQ(sim.integrator_uses().at(0).name, "erk") << name;
+        EXPECT_STREQ(sim.formulation(), "tree") << name;
+        EXPECT_NE(sim.integrator_uses()[0].why.find("open tree"), std::string::npos);
+        ASSERT_TRUE(sim.advance_to(0.5).ok);
+    }
+    EXPECT_EQ(automatic("chain", 1e-8).integrator_uses().at(0).name, "radau") << "a formulation was named";
+    for (const char* name : {"four-bar", "suspension-chain", "stick-slip", "bouncing-journal", "pendulum"})
+        EXPECT_EQ(left_to_the_program(name).integrator_uses().at(0).name, "radau") << name;
+}
+
+TEST(AutoIntegrator, StiffnessOnTheWayEndsTheExplicitMethod) {
+    UserForce rubber;
+    rubber.name = "rubber";
+    rubber.bodies = {"ground", "link1"};
+    rubber.law = [](const UserForceInput& in, UserForceOutput& out) {
+        if (in.t > 0.1) {
+            out.wrench.moment_b = -1e3 * in.b.w;
+            out.wrench.force_b = -1e5 * in.b.v;
+        }
+    };
+    Simulation sim = left_to_the_program("chain", {rubber});
+    ASSERT_TRUE(sim.advance_to(1).ok);
+    const auto uses = sim.integrator_uses();
+    ASSERT_GE(uses.size(), 2u);
+    EXPECT_EQ(uses[0].name, "erk");
+    EXPECT_EQ(uses[1].name, "radau");
+    EXPECT_GT(uses[1].from, 0.1);
+    EXPECT_LT(sim.statistics().steps, 3000);
+    std::stringstream stream; // both methods are saved
+    sim.save(stream);
+    Simulation again = left_to_the_program("chain", {rubber});
+    again.load(stream);
+    EXPECT_EQ(again.state().q, sim.state().q);
+    EXPECT_EQ(again.statistics().steps, sim.statistics().steps);
 }
 
 TEST(Statistics, AddUp) {

@@ -51,6 +51,28 @@ class NoAllocationSteps : public NoAllocation, public testing::WithParamInterfac
     }
 };
 
+TEST_F(NoAllocation, Rk4InJointCoordinates) {
+    for (const std::string name : {"chain", "slider-crank", "heavy-top"}) {
+        SCOPED_TRACE(name);
+        SimulationOptions options;
+        options.integrator = "rk4";
+        options.integration.step = 1e-4;
+        options.integration.formulation = Formulation::tree;
+        Simulation sim(build_mechanism(name, {}), options);
+        Integrator& integrator = sim.integrator();
+        for (int i = 0; i < 50; ++i)
+            ASSERT_TRUE(integrator.advance(1e3).ok);
+        const long full = integrator.statistics().factorisations;
+        const long n = count([&] {
+            for (int i = 0; i < 200; ++i)
+                integrator.advance(1e3);
+        });
+        if (integrator.statistics().factorisations == full) {
+            EXPECT_EQ(n, 0);
+        }
+    }
+}
+
 TEST_F(NoAllocation, HookCounts) {
     EXPECT_GT(count([] {
                   std::vector<double> x(100);
