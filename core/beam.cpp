@@ -29,8 +29,11 @@ struct Properties {
     SectionProperties operator()(const RoundSection& s) const { return (*this)(TubeSection{s.diameter, 0}); }
     SectionProperties operator()(const RectangleSection& s) const {
         const double w = s.width, h = s.height, k = 10 * (1 + nu) / (12 + 11 * nu);
-        return {w * h, w * h * h * h / 12, h * w * w * w / 12,
-                rectangle_torsion(std::max(w, h), std::min(w, h)), {k, k}};
+        return {w * h,
+                w * h * h * h / 12,
+                h * w * w * w / 12,
+                rectangle_torsion(std::max(w, h), std::min(w, h)),
+                {k, k}};
     }
     SectionProperties operator()(const TubeSection& s) const {
         const double m = s.inner / s.outer, q = (1 + m * m) * (1 + m * m);
@@ -175,9 +178,7 @@ Mat3 beam_axes(const Beam& beam) {
     return axes;
 }
 
-bool has_unexpanded_beams(const Model& model) {
-    return !std::ranges::all_of(model.beams, &Beam::expanded);
-}
+bool has_unexpanded_beams(const Model& model) { return !std::ranges::all_of(model.beams, &Beam::expanded); }
 
 void expand_beams(Model& model) {
     std::map<std::string, std::string, std::less<>> ends;

@@ -16,8 +16,9 @@
 //
 // Errors in frequencies and in deflections under a force fall with 1/n^2 (a tip force: 1/(4 n^2) of the
 // bending); twist, extension and bending under an end moment are exact. Elements bend by any rotation
-// below half a turn, the beam by any number of turns. A bushing measures displacements in the axes of its first
-// body; against the axes in the middle this is a difference of the order of strain times bending of one element.
+// below half a turn, the beam by any number of turns. A bushing measures displacements in the axes of its
+// first body; against the axes in the middle this is a difference of the order of strain times bending of one
+// element.
 #pragma once
 
 #include "core/model.hpp"

@@ -254,8 +254,8 @@ struct Marker {
 
 /// Cross-section of a beam in its axes y and z.
 struct GeneralSection {
-    double area = 0, iy = 0, iz = 0;             // m2; m4: integrals of z^2 and of y^2
-    double torsion = 0;                          // m4, Saint-Venant's constant
+    double area = 0, iy = 0, iz = 0;               // m2; m4: integrals of z^2 and of y^2
+    double torsion = 0;                            // m4, Saint-Venant's constant
     std::array<double, 2> shear{5.0 / 6, 5.0 / 6}; // effective over whole area, along y and along z
 };
 struct RoundSection {
@@ -272,7 +272,7 @@ using BeamSection = std::variant<GeneralSection, RoundSection, RectangleSection,
 struct BeamMaterial {
     double young = 0, poisson = 0, density = 0; // Pa, 1, kg/m3
     double loss = 0;                            // loss factor (twice the damping ratio) at the frequency
-    std::optional<double> frequency; // Hz; absent: first bending of the beam hinged at both ends
+    std::optional<double> frequency;            // Hz; absent: first bending of the beam hinged at both ends
 };
 
 /// A straight, prismatic, elastic link, divided into rigid elements by expand_beams() (core/beam.hpp).
@@ -282,9 +282,9 @@ struct Beam {
     std::optional<Vec3> direction; // of y, projected normal to x; absent: chosen by joint_triad()
     BeamSection section;
     BeamMaterial material;
-    int elements = 1;    // n spring-damping elements between n + 1 rigid ones
-    bool stretch = true; // false: neither extension nor shear, three rotations between neighbours
-    Vec3 velocity = Vec3::Zero();         // m/s, global, of the middle
+    int elements = 1;             // n spring-damping elements between n + 1 rigid ones
+    bool stretch = true;          // false: neither extension nor shear, three rotations between neighbours
+    Vec3 velocity = Vec3::Zero(); // m/s, global, of the middle
     Vec3 angular_velocity = Vec3::Zero(); // rad/s, beam axes
     /// Pose of each rigid element at the start of the motion; empty: the straight one.
     struct Pose {

@@ -119,8 +119,7 @@ Body read_body(const JsonInput& in) {
 
 Marker read_marker(const JsonInput& in) {
     in.expect_keys({"name", "body", "point", "frame"});
-    return {in.at("name").text(), in.at("body").text(), read_body_frame(in), in.at("point").vector(),
-            false};
+    return {in.at("name").text(), in.at("body").text(), read_body_frame(in), in.at("point").vector(), false};
 }
 
 bool read_body_frame(const JsonInput& in) {

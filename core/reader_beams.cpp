@@ -1,30 +1,37 @@
 #include "core/reader_parts.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 namespace gudgeon {
 
 namespace {
 
-BeamSection read_section(const JsonInput& in) {
-    if (in.is_object() && (in.has("round") || in.has("rectangle") || in.has("tube"))) {
-        const auto members = in.members();
-        if (members.size() != 1)
-            members[1].second.refuse("a second description of the section",
-                                     "one of round, rectangle, tube, or area, iy, iz, torsion");
-        const JsonInput& shape = members[0].second;
-        if (in.has("round")) {
-            shape.expect_keys({"diameter"});
-            return RoundSection{shape.at("diameter").number()};
-        }
-        if (in.has("rectangle")) {
-            shape.expect_keys({"width", "height"});
-            return RectangleSection{shape.at("width").number(), shape.at("height").number()};
-        }
-        shape.expect_keys({"outer", "inner"});
-        return TubeSection{shape.at("outer").number(), shape.at("inner").number()};
+BeamSection read_shape(const std::string& name, const JsonInput& in) {
+    if (name == "round") {
+        in.expect_keys({"diameter"});
+        return RoundSection{in.at("diameter").number()};
     }
+    if (name == "rectangle") {
+        in.expect_keys({"width", "height"});
+        return RectangleSection{in.at("width").number(), in.at("height").number()};
+    }
+    in.expect_keys({"outer", "inner"});
+    return TubeSection{in.at("outer").number(), in.at("inner").number()};
+}
+
+BeamSection read_section(const JsonInput& in) {
     in.expect_keys({"area", "iy", "iz", "torsion", "shear", "round", "rectangle", "tube"});
+    for (const char* name : {"round", "rectangle", "tube"}) {
+        if (!in.has(name))
+            continue;
+        for (const auto& [key, member] : in.members())
+            if (key != name)
+                member.refuse(fmt::format("'{}' beside '{}'", key, name),
+                              "one of round, rectangle, tube, or area, iy, iz, torsion");
+        return read_shape(name, in.at(name));
+    }
     GeneralSection section;
     section.area = in.at("area").number();
     section.iy = in.at("iy").number();
@@ -39,8 +46,11 @@ BeamSection read_section(const JsonInput& in) {
 
 BeamMaterial read_material(const JsonInput& in) {
     in.expect_keys({"young", "poisson", "density", "loss", "frequency"});
-    BeamMaterial material{in.at("young").number(), in.at("poisson").number(), in.at("density").number(),
-                          in.number("loss", 0), {}};
+    BeamMaterial material{in.at("young").number(),
+                          in.at("poisson").number(),
+                          in.at("density").number(),
+                          in.number("loss", 0),
+                          {}};
     if (in.has("frequency"))
         material.frequency = in.at("frequency").number();
     return material;

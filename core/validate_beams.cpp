@@ -95,10 +95,10 @@ void check_beams(const Checker& check) {
             check.finite(at, fmt::format("points/{}", side), beam.points[side]);
         const double length = (beam.points[1] - beam.points[0]).stableNorm();
         if (length < 1e-100 || length > 1e100)
-            check.refuse(at + "/points",
-                         fmt::format("{} and {} lie {} m apart", shown(beam.points[0]), shown(beam.points[1]),
-                                     length),
-                         "two points with a distance");
+            check.refuse(
+                at + "/points",
+                fmt::format("{} and {} lie {} m apart", shown(beam.points[0]), shown(beam.points[1]), length),
+                "two points with a distance");
         check_direction(check, at, beam);
         std::visit(SectionCheck{check, at + "/section"}, beam.section);
         check_material(check, at + "/material", beam.material);

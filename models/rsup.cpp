@@ -8,7 +8,8 @@ namespace gudgeon {
 
 namespace {
 
-// AU 5: the slider stands at 0.25 m, the coupler is turned by -pi/3 about the crank's x axis, the crank by pi/2.
+// AU 5: the slider stands at 0.25 m, the coupler is turned by -pi/3 about the crank's x axis, the crank by
+// pi/2.
 constexpr double slide = 0.25, crank_length = 0.08;              // m
 const double coupler_length = 2 * slide / std::sqrt(3.0);        // from -pi/3
 const double guide_height = crank_length - coupler_length / 2;   // of the slider below the crank's axis
@@ -32,8 +33,9 @@ Body rigid_coupler(const Beam& beam) {
     const SectionProperties s = section_properties(beam.section, beam.material.poisson);
     const double line = beam.material.density * coupler_length, mass = line * s.area;
     const double slender = mass * coupler_length * coupler_length / 12;
-    Body body = make_body(beam.name, mass, {line * (s.iy + s.iz), line * s.iy + slender, line * s.iz + slender},
-                          (beam.points[0] + beam.points[1]) / 2);
+    Body body =
+        make_body(beam.name, mass, {line * (s.iy + s.iz), line * s.iy + slender, line * s.iz + slender},
+                  (beam.points[0] + beam.points[1]) / 2);
     body.orientation = euler_parameters(beam_axes(beam));
     return body;
 }
@@ -88,7 +90,7 @@ Model build_rsup(const ParameterValues& values) {
     Model model;
     const Vec3 pin(0, 0, crank_length), end(slide, 0, guide_height);
     model.bodies = {make_body("crank", 0.2, {0.2 * crank_length * crank_length / 12, 1.2e-4, 2e-5}, pin / 2),
-                    make_body("slider", 1, Vec3::Constant(1e-3), end),
+                    make_body("slider", 5, Vec3::Constant(5e-3), end),
                     make_body("cross", 0.05, Vec3::Constant(1e-5), end)};
     const Beam beam = coupler_beam();
     const bool flexible = values.word("coupler") == "flexible";
@@ -96,13 +98,15 @@ Model build_rsup(const ParameterValues& values) {
         model.beams = {beam};
     else
         model.bodies.push_back(rigid_coupler(beam));
-    const std::string first = flexible ? "coupler.start" : "coupler", last = flexible ? "coupler.end" : "coupler";
+    const std::string first = flexible ? "coupler.start" : "coupler",
+                      last = flexible ? "coupler.end" : "coupler";
     Joint cut = make_joint("U2", JointKind::revolute, "cross", last, end, Vec3::UnitY());
     loosen(cut, values);
     model.joints = {make_joint("R", JointKind::revolute, "ground", "crank", Vec3::Zero(), Vec3::UnitX()),
                     make_joint("S", JointKind::spherical, "crank", first, pin),
                     make_joint("P", JointKind::translation, "ground", "slider", end, Vec3::UnitX()),
-                    make_joint("U1", JointKind::revolute, "slider", "cross", end, Vec3::UnitX()), std::move(cut)};
+                    make_joint("U1", JointKind::revolute, "slider", "cross", end, Vec3::UnitX()),
+                    std::move(cut)};
     drive(model);
     return model;
 }
@@ -110,18 +114,20 @@ Model build_rsup(const ParameterValues& values) {
 } // namespace
 
 Mechanism rsup() {
-    return {"rsup",
-            "crank, coupler and slider on revolute, spherical, universal and prismatic joints (Augustynek & "
-            "Urbas 2018, 5)",
-            {choice_parameter("coupler", {"rigid", "flexible"}, "one rigid body, or a beam of five rigid elements"),
-             choice_parameter("joint", {"perfect", "planar", "spatial"},
-                              "U2, where the coupler turns in the cross: perfect, or 1 mm of radial clearance"),
-             choice_parameter("friction", {"0", "1"}, "1: LuGre friction in the clearance"),
-             number_parameter("stiffness", "2e10", "N/m^1.5", "Lankarani-Nikravesh, whole joint", 1, 1e15),
-             restitution_parameter("0.9")},
-            5,
-            0.001,
-            &build_rsup};
+    return {
+        "rsup",
+        "crank, coupler and slider on revolute, spherical, universal and prismatic joints (Augustynek & "
+        "Urbas 2018, 5)",
+        {choice_parameter("coupler", {"rigid", "flexible"},
+                          "one rigid body, or a beam of five rigid elements"),
+         choice_parameter("joint", {"perfect", "planar", "spatial"},
+                          "U2, where the coupler turns in the cross: perfect, or 1 mm of radial clearance"),
+         choice_parameter("friction", {"0", "1"}, "1: LuGre friction in the clearance"),
+         number_parameter("stiffness", "2e10", "N/m^1.5", "Lankarani-Nikravesh, whole joint", 1, 1e15),
+         restitution_parameter("0.9")},
+        5,
+        0.001,
+        &build_rsup};
 }
 
 } // namespace gudgeon

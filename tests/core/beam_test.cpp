@@ -44,7 +44,8 @@ TEST(BeamDivision, PiecesAreTheBeam) {
         EXPECT_LT((body.position - Vec3(1, 2, 3 + middle)).norm(), 1e-14);
         // x up, y along X (the direction, across the beam), z along Y
         EXPECT_LT((rotation(body.orientation) * Vec3(1, 2, 3) - Vec3(2, 3, 1)).norm(), 1e-14);
-        EXPECT_LT((body.velocity - (Vec3(0, 0.5, 0) + Vec3(0, 2, 0).cross(Vec3(0, 0, middle - 1)))).norm(), 1e-14);
+        EXPECT_LT((body.velocity - (Vec3(0, 0.5, 0) + Vec3(0, 2, 0).cross(Vec3(0, 0, middle - 1)))).norm(),
+                  1e-14);
         const double arm = middle - 1;
         sum += body.mass;
         inertia += body.inertia + body.mass * Mat3(Vec3(0, arm * arm, arm * arm).asDiagonal());
@@ -60,7 +61,8 @@ TEST(BeamDivision, PiecesAreTheBeam) {
 TEST(BeamDivision, StiffnessOfAnElement) {
     const Model model = expanded();
     const double d = 0.5, area = 8e-4, shear = 2.1e11 / 2.6, k = 13.0 / 15.3;
-    const double iy = 0.04 * 8e-6 / 12, iz = 0.02 * 64e-6 / 12, torsion = 0.229 * 0.04 * 8e-6; // Roark, a/b = 2
+    const double iy = 0.04 * 8e-6 / 12, iz = 0.02 * 64e-6 / 12,
+                 torsion = 0.229 * 0.04 * 8e-6; // Roark, a/b = 2
     const Joint& element = model.joints[2];
     EXPECT_EQ(element.name, "mast.sde1");
     const System system = compiled(model);
