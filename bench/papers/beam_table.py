@@ -123,7 +123,7 @@ def main():
         ratio = np.log(numbers[-1] / numbers[-2])
         with np.errstate(divide="ignore", invalid="ignore"):
             order = np.log(np.abs(before / last)) / ratio
-        rows.append(["order"] + [f"{o:.2f}" if abs(e) > 1e-6 else "-" for o, e in zip(order, last)])
+        rows.append(["order"] + [f"{o:.2f}" if abs(e) > 1e-8 else "exact" for o, e in zip(order, last)])
         write_table(options.out / ("stretch" if stretch else "rotations"), ["n"] + HEAD, rows)
 
 
