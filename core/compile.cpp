@@ -1,5 +1,6 @@
 // Model -> System: numbering, joint frames, batches, block layout.
 
+#include "core/beam.hpp"
 #include "core/joint_kinds.hpp"
 #include "core/joint_rows.hpp"
 #include "core/system.hpp"
@@ -197,6 +198,7 @@ System compile(Model model, const std::vector<ForceBatchBuilder>& builders) {
     validate(model);
     System s;
     s.model = std::move(model);
+    expand_beams(s.model);
     share_equal_parts(s.model);
     s.gravity = s.model.gravity;
     add_bodies(s);

@@ -31,6 +31,7 @@ struct Body {
     Vec3 angular_velocity = Vec3::Zero(); // rad/s, body frame
     /// A fixed body has no unknowns: it is part of the ground and may have no mass.
     bool fixed = false;
+    bool piece = false; // a rigid element of a beam (core/beam.hpp): written as part of that beam
     /// Pose at the start, where it is not the one above, in which the geometry of the model is given.
     std::optional<Vec3> start_position;
     std::optional<Vec4> start_orientation;
@@ -150,6 +151,7 @@ struct Joint {
     /// Geometry: points and axes of both sides. In the global frame in the pose as given (then both
     /// axes are usually the same vector), or, with body_frame, each in the frame of its body.
     bool body_frame = false;
+    bool piece = false; // the spring-damping element between two pieces of a beam
     std::array<Vec3, 2> points{Vec3::Zero(), Vec3::Zero()};
     /// Joint axis b of each side; absent: the joint frame is parallel to the global frame.
     /// Universal: axes[0] is fixed in a, axes[1] is the second axis, fixed in b.
@@ -249,6 +251,50 @@ struct Marker {
     std::string body;
     bool body_frame = false;
     Vec3 point = Vec3::Zero();
+    bool piece = false; // an end of a beam
+};
+
+/// Cross-section of a beam in its axes y and z.
+struct GeneralSection {
+    double area = 0, iy = 0, iz = 0;               // m2; m4: integrals of z^2 and of y^2
+    double torsion = 0;                            // m4, Saint-Venant's constant
+    std::array<double, 2> shear{5.0 / 6, 5.0 / 6}; // effective over whole area, along y and along z
+};
+struct RoundSection {
+    double diameter = 0; // m
+};
+struct RectangleSection {
+    double width = 0, height = 0; // m, along y and along z
+};
+struct TubeSection {
+    double outer = 0, inner = 0; // m, diameters
+};
+using BeamSection = std::variant<GeneralSection, RoundSection, RectangleSection, TubeSection>;
+
+struct BeamMaterial {
+    double young = 0, poisson = 0, density = 0; // Pa, 1, kg/m3
+    double loss = 0;                            // loss factor (twice the damping ratio) at the frequency
+    std::optional<double> frequency;            // Hz; absent: first bending of the beam hinged at both ends
+};
+
+/// A straight, prismatic, elastic link, divided into rigid elements by expand_beams() (core/beam.hpp).
+struct Beam {
+    std::string name;
+    std::array<Vec3, 2> points{Vec3::Zero(), Vec3::Zero()}; // m, global: start and end, the beam's x axis
+    std::optional<Vec3> direction; // of y, projected normal to x; absent: chosen by joint_triad()
+    BeamSection section;
+    BeamMaterial material;
+    int elements = 1;             // n spring-damping elements between n + 1 rigid ones
+    bool stretch = true;          // false: neither extension nor shear, three rotations between neighbours
+    Vec3 velocity = Vec3::Zero(); // m/s, global, of the middle
+    Vec3 angular_velocity = Vec3::Zero(); // rad/s, beam axes
+    /// Pose of each rigid element at the start of the motion; empty: the straight one.
+    struct Pose {
+        Vec3 position;
+        Vec4 orientation;
+    };
+    std::vector<Pose> start;
+    bool expanded = false; // its pieces are among the bodies, joints and markers of the model
 };
 
 struct Model {
@@ -260,6 +306,7 @@ struct Model {
     std::vector<Joint> joints;
     std::vector<Force> forces;
     std::vector<Marker> markers;
+    std::vector<Beam> beams;
     std::optional<double> end;   // s, default end of a run
     std::optional<double> every; // s, default output interval
     /// How deep a contact may be when it is first seen, as a length (m), a force (N) or an energy (J);

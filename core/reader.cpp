@@ -27,19 +27,6 @@ Mat3 read_inertia(const JsonInput& in) {
     return inertia;
 }
 
-/// Euler parameters of unit length. What is already normalised keeps its bits, so that written
-/// models read back identically.
-Vec4 read_orientation(const JsonInput& in) {
-    const auto parts = in.items(4, "Euler parameters (e0, e1, e2, e3)");
-    Vec4 p;
-    for (int i = 0; i < 4; ++i)
-        p[i] = parts[i].number();
-    const double norm = p.stableNorm();
-    if (norm == 0)
-        in.refuse(fmt::format("{} is no direction", in.shown()), "4 numbers that are not all zero");
-    return std::abs(p.squaredNorm() - 1) < 1e-14 ? p : Vec4(p / norm);
-}
-
 Model::Onset read_onset(const JsonInput& in) {
     in.expect_keys({"depth", "force", "energy"});
     Model::Onset onset;
@@ -91,6 +78,17 @@ std::vector<T> read_list(const JsonInput& root, const char* key, T (*read)(const
 
 } // namespace
 
+Vec4 read_orientation(const JsonInput& in) {
+    const auto parts = in.items(4, "Euler parameters (e0, e1, e2, e3)");
+    Vec4 p;
+    for (int i = 0; i < 4; ++i)
+        p[i] = parts[i].number();
+    const double norm = p.stableNorm();
+    if (norm == 0)
+        in.refuse(fmt::format("{} is no direction", in.shown()), "4 numbers that are not all zero");
+    return std::abs(p.squaredNorm() - 1) < 1e-14 ? p : Vec4(p / norm);
+}
+
 Body read_body(const JsonInput& in) {
     in.expect_keys({"name", "mass", "inertia", "position", "orientation", "velocity", "angular_velocity",
                     "fixed", "hold", "start_position", "start_orientation"});
@@ -121,7 +119,7 @@ Body read_body(const JsonInput& in) {
 
 Marker read_marker(const JsonInput& in) {
     in.expect_keys({"name", "body", "point", "frame"});
-    return {in.at("name").text(), in.at("body").text(), read_body_frame(in), in.at("point").vector()};
+    return {in.at("name").text(), in.at("body").text(), read_body_frame(in), in.at("point").vector(), false};
 }
 
 bool read_body_frame(const JsonInput& in) {
@@ -152,7 +150,7 @@ Model parse_model(std::string_view text, std::string source, const std::map<std:
     const JsonInput::Context context{source, read_parameters(document, source, overrides)};
     const JsonInput root(document, "", context);
     root.expect_keys({"gudgeon", "name", "gravity", "parameters", "bodies", "joints", "forces", "markers",
-                      "onset", "end", "every"});
+                      "beams", "onset", "end", "every"});
     check_version(root);
 
     Model model;
@@ -162,12 +160,14 @@ Model parse_model(std::string_view text, std::string source, const std::map<std:
         model.name = root.at("name").text();
     if (root.has("gravity"))
         model.gravity = root.at("gravity").vector();
-    root.at("bodies");
+    if (!root.has("beams"))
+        root.at("bodies");
     model.bodies = read_list(root, "bodies", read_body);
     model.joints = read_list(root, "joints", read_joint);
     share_equal_parts(model);
     model.forces = read_list(root, "forces", read_force);
     model.markers = read_list(root, "markers", read_marker);
+    model.beams = read_list(root, "beams", read_beam);
     if (root.has("end"))
         model.end = root.at("end").number();
     if (root.has("every"))

@@ -1,3 +1,4 @@
+#include "core/beam.hpp"
 #include "core/validate_parts.hpp"
 #include "core/words.hpp"
 
@@ -18,22 +19,23 @@ std::string message(const std::string& source, const std::string& pointer, const
                        pointer.empty() ? "" : ": ", problem, allowed);
 }
 
-bool is_name(const std::string& name) {
-    const auto good = [](char c) {
+/// Pieces of beams have a dot in their names, which nothing else may have.
+bool is_name(const std::string& name, bool dot = false) {
+    const auto good = [dot](char c) {
         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-               c == '-';
+               c == '-' || (dot && c == '.');
     };
     return !name.empty() && std::ranges::all_of(name, good);
 }
 
-/// Bodies, joints, forces and markers share the names of the output columns.
+/// Bodies, joints, forces, markers and beams share the names of the output columns.
 class Names {
   public:
     explicit Names(const Checker& check) : check_(check) {}
 
-    void add(const std::string& at, const std::string& name) {
+    void add(const std::string& at, const std::string& name, bool piece = false) {
         const std::string pointer = at + "/name";
-        if (!is_name(name))
+        if (!is_name(name, piece))
             check_.refuse(pointer, name.empty() ? "an empty name" : fmt::format("the name '{}'", name),
                           "letters, digits, _ and -");
         if (name == "ground" || name == "t" || name == "energy")
@@ -41,7 +43,7 @@ class Names {
                           "names other than ground, t, energy");
         if (const auto [first, is_new] = seen_.emplace(name, at); !is_new)
             check_.refuse(pointer, fmt::format("the name '{}' is that of {} already", name, first->second),
-                          "a different name for every body, joint, force and marker");
+                          "a different name for every body, joint, force, marker and beam");
     }
 
   private:
@@ -58,14 +60,16 @@ void check_names(const Checker& check) {
         check.refuse("/name", fmt::format("the name '{}'", m.name), "a name that can be that of a directory");
     Names names(check);
     for (std::size_t i = 0; i < m.bodies.size(); ++i)
-        names.add(fmt::format("/bodies/{}", i), m.bodies[i].name);
+        names.add(fmt::format("/bodies/{}", i), m.bodies[i].name, m.bodies[i].piece);
     for (std::size_t i = 0; i < m.joints.size(); ++i)
-        names.add(fmt::format("/joints/{}", i), m.joints[i].name);
+        names.add(fmt::format("/joints/{}", i), m.joints[i].name, m.joints[i].piece);
     for (std::size_t i = 0; i < m.forces.size(); ++i)
         names.add(fmt::format("/forces/{}", i),
                   std::visit([](const auto& f) { return f.name; }, m.forces[i]));
     for (std::size_t i = 0; i < m.markers.size(); ++i)
-        names.add(fmt::format("/markers/{}", i), m.markers[i].name);
+        names.add(fmt::format("/markers/{}", i), m.markers[i].name, m.markers[i].piece);
+    for (std::size_t i = 0; i < m.beams.size(); ++i)
+        names.add(fmt::format("/beams/{}", i), m.beams[i].name);
 }
 
 void check_symmetric(const Checker& check, const std::string& at, const Mat3& inertia) {
@@ -155,6 +159,8 @@ void check_bodies(const Checker& check) {
     const auto& bodies = check.model().bodies;
     for (std::size_t i = 0; i < bodies.size(); ++i)
         check_body(check, fmt::format("/bodies/{}", i), bodies[i]);
+    if (has_unexpanded_beams(check.model()))
+        return;
     if (bodies.empty())
         check.refuse("/bodies", "the model has no bodies: []", "at least one body that is not fixed");
     if (std::ranges::all_of(bodies, &Body::fixed))
@@ -186,6 +192,17 @@ void check_onset(const Checker& check, const Model::Onset& onset) {
     threshold("energy", onset.energy);
 }
 
+void check_between_bodies(const Checker& check) {
+    check_joints(check);
+    check_forces(check);
+    const auto& markers = check.model().markers;
+    for (std::size_t i = 0; i < markers.size(); ++i) {
+        const std::string at = fmt::format("/markers/{}", i);
+        check.body_exists(at + "/body", markers[i].body);
+        check.finite(at, "point", markers[i].point);
+    }
+}
+
 } // namespace
 
 ModelError::ModelError(std::string source, std::string pointer, std::string problem, std::string allowed)
@@ -198,12 +215,13 @@ void validate(const Model& model) {
     check.finite("", "gravity", model.gravity);
     check_names(check);
     check_bodies(check);
-    check_joints(check);
-    check_forces(check);
-    for (std::size_t i = 0; i < model.markers.size(); ++i) {
-        const std::string at = fmt::format("/markers/{}", i);
-        check.body_exists(at + "/body", model.markers[i].body);
-        check.finite(at, "point", model.markers[i].point);
+    check_beams(check);
+    if (has_unexpanded_beams(model)) { // joints and forces may name their pieces
+        Model whole = model;
+        expand_beams(whole);
+        check_between_bodies(Checker(whole));
+    } else {
+        check_between_bodies(check);
     }
     check_onset(check, model.onset);
     if (model.end)

@@ -52,6 +52,7 @@ class Checker {
 
 void check_joints(const Checker& check);
 void check_forces(const Checker& check);
+void check_beams(const Checker& check);
 /// Fidelity of the motions, clearance, stops and friction of a joint.
 void check_contacts(const Checker& check, const std::string& at, const Joint& joint);
 void check_stops(const Checker& check, const std::string& at, const Joint& joint);

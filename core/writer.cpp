@@ -214,8 +214,12 @@ Json json(const Marker& marker) {
 
 template <class T> Json list(const std::vector<T>& items) {
     Json out = Json::array();
-    for (const T& item : items)
+    for (const T& item : items) {
+        if constexpr (requires { item.piece; })
+            if (item.piece)
+                continue; // written as part of its beam
         out.push_back(json(item));
+    }
     return out;
 }
 
@@ -246,12 +250,15 @@ Json to_json(const Model& model) {
     if (!model.parameters.empty())
         out["parameters"] = model.parameters;
     out["bodies"] = list(model.bodies);
-    if (!model.joints.empty())
-        out["joints"] = list(model.joints);
-    if (!model.forces.empty())
-        out["forces"] = list(model.forces);
-    if (!model.markers.empty())
-        out["markers"] = list(model.markers);
+    const auto put_list = [&](const char* key, Json items) {
+        if (!items.empty())
+            out[key] = std::move(items);
+    };
+    put_list("joints", list(model.joints));
+    put_list("forces", list(model.forces));
+    put_list("markers", list(model.markers));
+    for (const Beam& beam : model.beams)
+        out["beams"].push_back(to_json(beam, model));
     if (const Model::Onset& onset = model.onset; onset.depth || onset.force || onset.energy) {
         Json& member = out["onset"] = Json::object();
         put_if(member, "depth", onset.depth);

@@ -55,5 +55,6 @@ Mechanism hmmwv_corner();
 Mechanism bouncing_journal();
 Mechanism tilted_journal();
 Mechanism stick_slip();
+Mechanism rsup();
 
 } // namespace gudgeon

@@ -16,7 +16,7 @@ const std::vector<Mechanism>& mechanisms() {
     static const std::vector<Mechanism> all{
         pendulum(),         chain(),           four_bar(),         slider_crank(),
         heavy_top(),        triple_pendulum(), suspension_chain(), hmmwv_corner(),
-        bouncing_journal(), tilted_journal(),  stick_slip(),
+        bouncing_journal(), tilted_journal(),  stick_slip(),       rsup(),
     };
     return all;
 }

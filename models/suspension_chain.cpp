@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <tuple>
+
 namespace gudgeon {
 
 namespace {
@@ -112,6 +114,43 @@ void add_corner(Model& model, int unit, int side, const ArmJoints& arms) {
     model.forces.push_back(tyre);
 }
 
+/// Torsion bar across the unit behind the arms, on two bushings of the chassis; its ends are levers, tied to
+/// the lower arms by upright links.
+void add_antiroll_bar(Model& model, int unit, bool perfect) {
+    constexpr double lever = 0.25, half_width = 0.55, mount = 0.50, height = 0.31, pickup = 0.2114;
+    const std::string bar = fmt::format("bar{}", unit), chassis = fmt::format("chassis{}", unit);
+    const double x = -2.0 * unit;
+    Beam beam;
+    beam.name = bar;
+    beam.points = {Vec3(x - lever, half_width, height), Vec3(x - lever, -half_width, height)};
+    beam.direction = Vec3::UnitX();
+    beam.section = RoundSection{0.02};
+    beam.material = {2.1e11, 0.3, 7850, 0.02, {}};
+    beam.elements = 4;
+    model.beams.push_back(beam);
+    for (const auto& [side, end, letter] : {std::tuple(1, ".start", 'L'), std::tuple(-1, ".end", 'R')}) {
+        const std::string tag = fmt::format("{}{}", unit, letter);
+        Joint rubber = make_joint("mount" + tag, JointKind::revolute, chassis, bar + end,
+                                  {x - lever, side * mount, height}, Vec3::UnitY());
+        rubber.fidelity = Fidelity::bushing;
+        rubber.bushing = Bushing{};
+        rubber.bushing->stiffness = {5e6, 5e6, 5e6, 100, 100, 0}; // free about the bar
+        rubber.bushing->damping = {1e3, 1e3, 1e3, 1, 1, 0};
+        model.joints.push_back(rubber);
+        const Vec3 top(x, side * half_width, height), bottom(x, side * half_width, pickup);
+        if (perfect) {
+            Joint link = make_joint("drop" + tag, JointKind::distance, bar + end, "lower" + tag, top);
+            link.points[1] = bottom;
+            model.joints.push_back(link);
+        } else {
+            SpringDamper link = point_spring("drop" + tag, bar + end, "lower" + tag, top, bottom);
+            link.stiffness = 2e7;
+            link.damping = 1e3;
+            model.forces.push_back(link);
+        }
+    }
+}
+
 Model build_suspension_chain(const ParameterValues& values) {
     Model model;
     const ArmJoints arms = arm_joints(values);
@@ -123,6 +162,8 @@ Model build_suspension_chain(const ParameterValues& values) {
             model.joints.push_back(unit_link(k));
         add_corner(model, k, +1, arms);
         add_corner(model, k, -1, arms);
+        if (values.integer("antiroll") == 1)
+            add_antiroll_bar(model, k, arms.perfect());
     }
     return model;
 }
@@ -137,7 +178,9 @@ Mechanism suspension_chain() {
                               "inner joints of the arms: bushings, perfect revolutes (and rigid tie rods), "
                               "bearings with clearance, bushings below and bearings above"),
              number_parameter("clearance", "1e-4", "m", "radial and axial, of the bearings", 0, 5e-3),
-             count_parameter("strips", "16", "strips of each bearing", 1e6)},
+             count_parameter("strips", "16", "strips of each bearing", 1e6),
+             choice_parameter("antiroll", {"0", "1"},
+                              "1: a torsion bar, a flexible beam, between the lower arms of each unit")},
             5,
             0.05,
             &build_suspension_chain};

@@ -3,7 +3,7 @@
 #include "solvers/radau.hpp"
 
 #include "solvers/bdf_history.hpp"
-#include "solvers/parallel.hpp"
+#include "core/parallel.hpp"
 #include "solvers/phase_timer.hpp"
 #include "solvers/radau_coefficients.hpp"
 

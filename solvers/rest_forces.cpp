@@ -54,6 +54,10 @@ Model part_of(const Model& whole, const Force& force, const std::vector<std::str
 
 Model model_at(const System& system, const State& state) {
     Model model = system.model;
+    for (Beam& beam : model.beams) { // its pieces are among the bodies
+        beam.velocity.setZero();
+        beam.angular_velocity.setZero();
+    }
     int i = 0;
     for (Body& body : model.bodies) {
         body.velocity.setZero();

@@ -81,6 +81,13 @@ bool RestPoint::evaluate(const VecX& q) {
     return left.allFinite();
 }
 
+double RestPoint::largest_stiffness() const {
+    double largest = 0;
+    for (const double s : ws_.lin.S)
+        largest = std::max(largest, std::abs(s));
+    return largest;
+}
+
 double RestPoint::force_scale() const {
     double scale = 0;
     for (int i = 0; i < system_.moving; ++i)

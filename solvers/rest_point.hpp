@@ -24,6 +24,8 @@ class RestPoint {
 
     /// S at the last evaluated pose, with its multipliers; C is zero.
     void linearise();
+    /// Largest entry of S, N/m and N m.
+    double largest_stiffness() const;
     FactorStatus factor(double a);
     /// (x, multipliers) of [a M + S, G^T; G, 0].
     void solve(VecX& force, VecX& residual) { matrix_.solve(force, residual); }

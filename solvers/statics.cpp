@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 namespace gudgeon {
@@ -207,11 +208,17 @@ class Search {
             if (share == 1 && moved_ > 3 * point_.size())
                 longest_ = std::max(longest_, 0.2 * moved_); // what falls is found out soon
         }
-        if (residual() <= loose * point_.force_scale()) {
-            polish(least);
-            return residual() <= loose * point_.force_scale() && at_round_off(least);
-        }
-        return false;
+        const auto small = [&] { return residual() <= std::max(loose * point_.force_scale(), round_off()); };
+        if (!small())
+            return false;
+        polish(least);
+        return small() && at_round_off(least);
+    }
+
+    // What round-off of the coordinates makes of the stiffness: small loads on stiff links end there.
+    double round_off() {
+        point_.linearise();
+        return 4 * std::numeric_limits<double>::epsilon() * point_.largest_stiffness() * largest(q_);
     }
 
     bool solve(double a, VecX& step) {

@@ -10,6 +10,9 @@
 // this does not arrive, dynamic relaxation takes over: steps of the motion with time frozen, implicit
 // Euler, velocities set to zero at every peak of the kinetic energy (Day 1965; Cundall 1976).
 //
+// A residual above the tolerance is accepted where Newton moves nothing any more and round-off of the
+// coordinates times the largest stiffness explains it: small loads on stiff links.
+//
 // At rest nothing damps and nothing rubs: contacts push with the elastic part of their law, friction does
 // not hold (bristles are undeflected). The equilibrium is the one without friction.
 #pragma once

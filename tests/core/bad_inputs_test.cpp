@@ -98,7 +98,7 @@ class Schema : public testing::Test {
 };
 
 TEST_F(Schema, AcceptsTheExamplesAndEveryTwin) {
-    for (const char* name : {"double-pendulum", "rubber-mount", "slider-crank", "worn-hinge"})
+    for (const char* name : {"double-pendulum", "mast", "rubber-mount", "slider-crank", "worn-hinge"})
         EXPECT_TRUE(accepts(load(std::string(GUDGEON_SOURCE_DIR "/models/examples/") + name + ".json")))
             << name;
     EXPECT_TRUE(accepts(table()["base"]));

@@ -207,7 +207,7 @@ void expect_round_trip(const Model& model) {
 
 TEST(Writer, RoundTrip) {
     expect_round_trip(all());
-    for (const char* name : {"double-pendulum", "rubber-mount", "slider-crank", "worn-hinge"})
+    for (const char* name : {"double-pendulum", "mast", "rubber-mount", "slider-crank", "worn-hinge"})
         expect_round_trip(read_model(std::string(GUDGEON_SOURCE_DIR "/models/examples/") + name + ".json"));
 }
 
