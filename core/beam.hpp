@@ -14,11 +14,11 @@
 // with G = E / (2 (1 + nu)) and Timoshenko's shear factors k. Without stretch the displacements are
 // constraints and three rotations remain, as in AU.
 //
-// Errors in frequencies and in deflections under a force fall with 1/n^2 (a tip force: 1/(4 n^2) of the
-// bending); twist, extension and bending under an end moment are exact. Elements bend by any rotation
-// below half a turn, the beam by any number of turns. A bushing measures displacements in the axes of its
-// first body; against the axes in the middle this is a difference of the order of strain times bending of one
-// element.
+// Deflections under forces (a tip force lacks 1/(4 n^2) of the bending), clamped frequencies and large
+// deflections have errors of 1/n^2, hinged frequencies of 1/n^4; twist, extension and bending by end moments
+// are exact. Each element bends by any rotation below half a turn, the beam by any number of turns. A
+// bushing measures displacements in the axes of its first body; against the axes half way between both this
+// is a difference of strain times bending of one element.
 #pragma once
 
 #include "core/model.hpp"
@@ -51,7 +51,7 @@ Mat3 beam_axes(const Beam& beam);
 /// that are expanded already. The beams must be valid.
 void expand_beams(Model& model);
 
-/// Number of beams not yet expanded.
+/// Some beam is not expanded yet.
 bool has_unexpanded_beams(const Model& model);
 
 } // namespace gudgeon

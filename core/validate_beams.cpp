@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <cmath>
 
 namespace gudgeon {
 
@@ -69,6 +69,17 @@ void check_direction(const Checker& check, const std::string& at, const Beam& be
                      "a direction across the beam");
 }
 
+/// What follows from good numbers may still overflow or vanish.
+void check_elements(const Checker& check, const std::string& at, const Beam& beam) {
+    const ElementStiffness k = element_stiffness(beam);
+    const double mass = beam.material.density * section_properties(beam.section, beam.material.poisson).area *
+                        (beam.points[1] - beam.points[0]).norm() / beam.elements;
+    for (const double x : {k.displacement.maxCoeff(), k.rotation.maxCoeff(), mass})
+        if (!std::isfinite(x) || x <= 0)
+            check.refuse(at + "/section", fmt::format("elements with a stiffness or a mass of {}", x),
+                         "sections, materials and lengths of which all stiffnesses and masses are numbers");
+}
+
 void check_start(const Checker& check, const std::string& at, const Beam& beam) {
     if (!beam.start.empty() && beam.start.size() != static_cast<std::size_t>(beam.elements) + 1)
         check.refuse(at + "/start",
@@ -105,6 +116,7 @@ void check_beams(const Checker& check) {
         if (beam.elements < 1 || beam.elements > most_elements)
             check.refuse(at + "/elements", fmt::format("{} elements", beam.elements),
                          fmt::format("a whole number from 1 to {}", most_elements));
+        check_elements(check, at, beam);
         check.finite(at, "velocity", beam.velocity);
         check.finite(at, "angular_velocity", beam.angular_velocity);
         check_start(check, at, beam);
