@@ -218,16 +218,15 @@ template <int R, int T> void ArticulatedBody::expand(std::size_t i, const LinkMo
     b.force = a;
 }
 
-// All six at once: the speeds are v of the mass centre and omega' of the body frame.
+// All six speeds, a eliminated first: v of the mass centre and omega' of the body frame.
 void ArticulatedBody::solve_free(std::size_t i, const Mat3& A, double* speeds) {
     Body& b = bodies_[i];
-    Eigen::Matrix<double, 6, 6> inertia;
-    inertia << full(b.J), b.H, b.H.transpose(), full(b.M);
-    Vec6 x;
-    x << -b.moment, -b.force;
-    x = inertia.ldlt().solve(x).eval();
-    b.moment = x.head<3>();
-    b.force = x.tail<3>();
+    const Eigen::LLT<Mat3> M(full(b.M));
+    const Mat3 X = M.solve(b.H.transpose()); // M^-1 H^T
+    const Vec3 free_fall = M.solve(b.force);
+    const Eigen::LLT<Mat3> about_centre(full(b.J) - b.H * X);
+    b.moment = about_centre.solve(b.H * free_fall - b.moment).eval();
+    b.force = -(free_fall + X * b.moment);
     Eigen::Map<Vec3> v(speeds), w(speeds + 3);
     v = b.force;
     w = A.transpose() * b.moment;
