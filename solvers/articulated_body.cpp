@@ -58,7 +58,9 @@ ArticulatedBody::ArticulatedBody(const System& system, const SpanningTree& tree)
     : system_(system), bodies_(tree.links.size()) {
     int size = 0;
     for (const TreeLink& link : tree.links) {
-        joints_.push_back({link.kind, link.parent_link, link.speed, link.body});
+        joints_.push_back({link.kind, link.parent_link, link.speed, link.body, link.kind == TreeKind::free});
+        if (link.parent_link >= 0)
+            joints_[link.parent_link].alone = false;
         place_.push_back(size);
         size += link.kind == TreeKind::free ? 0 : 6 * speed_count(link.kind);
     }
@@ -77,6 +79,10 @@ void ArticulatedBody::solve(std::span<const LinkMotion> links, std::span<const B
     }
     for (std::size_t i = 0; i < joints_.size(); ++i) {
         const Joint& joint = joints_[i];
+        if (joint.alone) {
+            solve_alone(joint, f, speeds.data() + joint.speed);
+            continue;
+        }
         if (joint.kind == TreeKind::free) {
             solve_free(i, motion[joint.body].A, speeds.data() + joint.speed);
             continue;
@@ -90,6 +96,8 @@ void ArticulatedBody::solve(std::span<const LinkMotion> links, std::span<const B
 void ArticulatedBody::set_inertia(std::span<const LinkMotion> links, std::span<const BodyMotion> motion,
                                   const VecX& f) {
     for (std::size_t i = 0; i < joints_.size(); ++i) {
+        if (joints_[i].alone)
+            continue;
         const int body = joints_[i].body;
         const LinkMotion& x = links[i];
         const Mat3& A = motion[body].A;
@@ -216,6 +224,13 @@ template <int R, int T> void ArticulatedBody::expand(std::size_t i, const LinkMo
     }
     b.moment = alpha;
     b.force = a;
+}
+
+// M u' = f
+void ArticulatedBody::solve_alone(const Joint& joint, const VecX& f, double* speeds) const {
+    Eigen::Map<Vec3> v(speeds), w(speeds + 3);
+    v = f.segment<3>(6 * joint.body) / system_.mass[joint.body];
+    w = system_.inverse_inertia[joint.body] * f.segment<3>(6 * joint.body + 3);
 }
 
 // All six speeds, a eliminated first: v of the mass centre and omega' of the body frame.
