@@ -58,7 +58,9 @@ ArticulatedBody::ArticulatedBody(const System& system, const SpanningTree& tree)
     : system_(system), bodies_(tree.links.size()) {
     int size = 0;
     for (const TreeLink& link : tree.links) {
-        joints_.push_back({link.kind, link.parent_link, link.speed, link.body});
+        joints_.push_back({link.kind, link.parent_link, link.speed, link.body, link.kind == TreeKind::free});
+        if (link.parent_link >= 0)
+            joints_[link.parent_link].alone = false;
         place_.push_back(size);
         size += link.kind == TreeKind::free ? 0 : 6 * speed_count(link.kind);
     }
@@ -77,6 +79,10 @@ void ArticulatedBody::solve(std::span<const LinkMotion> links, std::span<const B
     }
     for (std::size_t i = 0; i < joints_.size(); ++i) {
         const Joint& joint = joints_[i];
+        if (joint.alone) {
+            solve_alone(joint, f, speeds.data() + joint.speed);
+            continue;
+        }
         if (joint.kind == TreeKind::free) {
             solve_free(i, motion[joint.body].A, speeds.data() + joint.speed);
             continue;
@@ -90,6 +96,8 @@ void ArticulatedBody::solve(std::span<const LinkMotion> links, std::span<const B
 void ArticulatedBody::set_inertia(std::span<const LinkMotion> links, std::span<const BodyMotion> motion,
                                   const VecX& f) {
     for (std::size_t i = 0; i < joints_.size(); ++i) {
+        if (joints_[i].alone)
+            continue;
         const int body = joints_[i].body;
         const LinkMotion& x = links[i];
         const Mat3& A = motion[body].A;
@@ -218,16 +226,22 @@ template <int R, int T> void ArticulatedBody::expand(std::size_t i, const LinkMo
     b.force = a;
 }
 
-// All six at once: the speeds are v of the mass centre and omega' of the body frame.
+// M u' = f
+void ArticulatedBody::solve_alone(const Joint& joint, const VecX& f, double* speeds) const {
+    Eigen::Map<Vec3> v(speeds), w(speeds + 3);
+    v = f.segment<3>(6 * joint.body) / system_.mass[joint.body];
+    w = system_.inverse_inertia[joint.body] * f.segment<3>(6 * joint.body + 3);
+}
+
+// All six speeds, a eliminated first: v of the mass centre and omega' of the body frame.
 void ArticulatedBody::solve_free(std::size_t i, const Mat3& A, double* speeds) {
     Body& b = bodies_[i];
-    Eigen::Matrix<double, 6, 6> inertia;
-    inertia << full(b.J), b.H, b.H.transpose(), full(b.M);
-    Vec6 x;
-    x << -b.moment, -b.force;
-    x = inertia.ldlt().solve(x).eval();
-    b.moment = x.head<3>();
-    b.force = x.tail<3>();
+    const Eigen::LLT<Mat3> M(full(b.M));
+    const Mat3 X = M.solve(b.H.transpose()); // M^-1 H^T
+    const Vec3 free_fall = M.solve(b.force);
+    const Eigen::LLT<Mat3> about_centre(full(b.J) - b.H * X);
+    b.moment = about_centre.solve(b.H * free_fall - b.moment).eval();
+    b.force = -(free_fall + X * b.moment);
     Eigen::Map<Vec3> v(speeds), w(speeds + 3);
     v = b.force;
     w = A.transpose() * b.moment;

@@ -43,11 +43,13 @@ class ArticulatedBody {
     struct Joint {
         TreeKind kind;
         int parent, speed, body; // parent: link, -1: the ground
+        bool alone;              // free, and nothing hangs on it
     };
 
     void set_inertia(std::span<const LinkMotion> links, std::span<const BodyMotion> motion, const VecX& f);
     template <int R, int T> void reduce(std::size_t i, const LinkMotion& x, double* speeds);
     template <int R, int T> void expand(std::size_t i, const LinkMotion& x, double* speeds);
+    void solve_alone(const Joint& joint, const VecX& f, double* speeds) const;
     void solve_free(std::size_t i, const Mat3& A, double* speeds);
     void add_to_parent(std::size_t i, const Vec3& d);
 

@@ -86,7 +86,7 @@ FactorStatus TreeMotion::rates(double t, const VecX& x, const VecX& w, const Vec
     set_motion(x, w, ws);
     FactorStatus status;
     if (equations_) {
-        status = equations_->solve(t, ws, extra, acceleration_, out.lambda);
+        status = equations_->solve(t, ws, can_drift() ? extra : nullptr, acceleration_, out.lambda);
         if (!status.ok())
             return status;
         tree_.products(ws.motion, links_, products_);
