@@ -19,6 +19,11 @@ namespace {
 bool has_fixed_step(const std::string& integrator) { return integrator == "rk4" || integrator == "bayo"; }
 bool has_formulations(const std::string& integrator) { return integrator == "gear" || integrator == "radau"; }
 
+/// Formulation of the others: explicit methods in joint coordinates, `auto` as it likes.
+const char* own(const std::string& integrator) {
+    return integrator == "auto" ? "auto" : is_explicit(integrator) ? "tree" : "saddle-point";
+}
+
 /// Curves: the runs of one integrator and formulation, the cheapest first.
 std::vector<std::vector<Settings>> curves_of(const Problem& problem, const Options& options) {
     std::vector<std::vector<Settings>> curves;
@@ -32,11 +37,12 @@ std::vector<std::vector<Settings>> curves_of(const Problem& problem, const Optio
             continue;
         }
         for (const std::string& formulation : options.formulations) {
-            if (formulation != "saddle-point" && !has_formulations(integrator))
+            if (formulation != options.formulations[0] && !has_formulations(integrator))
                 continue;
             auto& curve = curves.emplace_back();
             for (const double rtol : options.tolerances)
-                curve.push_back({integrator, rtol, 0, formulation});
+                curve.push_back(
+                    {integrator, rtol, 0, has_formulations(integrator) ? formulation : own(integrator)});
         }
     }
     return curves;

@@ -12,7 +12,7 @@ struct Options {
     std::filesystem::path tables = GUDGEON_REFERENCE, data = GUDGEON_BENCH_DATA;
     std::vector<std::string> problems; // globs of ids; empty: all
     int largest = 1000000;             // size of a problem
-    std::vector<std::string> integrators{"gear", "radau", "auto", "ida", "rk4", "bayo"};
+    std::vector<std::string> integrators{"gear", "radau", "auto", "erk", "ida", "rk4", "bayo"};
     std::vector<std::string> formulations{"saddle-point", "augmented-lagrangian"}; // of gear and radau
     std::vector<double> tolerances{1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11};
     int fixed_steps = 7; // steps of rk4 and bayo, each half of the one before

@@ -40,16 +40,20 @@ def title_of(mechanism, size, sized):
     return f"{mechanism}, {size:g} {unit}{'' if size == 1 or not unit else 's'}".rstrip()
 
 
+SHORT = {"saddle-point": "", "auto": "", "augmented-lagrangian": "augmented"}
+VARIANTS = ("saddle-point-klu", "augmented-lagrangian")
+
+
 def columns_of(runs):
     """Columns of the summary: each curve of our own, and for every other program the best of its curves."""
     own = list(dict.fromkeys(c for c in map(equal_error.curve_of, runs) if c.program == OWN))
-    own.sort(key=lambda c: bool(c.formulation) and c.formulation != "saddle-point")  # the variants last
+    own.sort(key=lambda c: c.formulation in VARIANTS)  # the variants last
     others = list(dict.fromkeys(run["program"] for run in runs if run["program"] != OWN))
     return own, others
 
 
 def name_of(curve):
-    short = {"saddle-point": "", "augmented-lagrangian": "augmented"}.get(curve.formulation, curve.formulation)
+    short = SHORT.get(curve.formulation, curve.formulation)
     name = f"{curve.method}, {short}" if short else curve.method
     return name if curve.program == OWN else f"{curve.program} {name}"
 
