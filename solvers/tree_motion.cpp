@@ -83,7 +83,11 @@ TreeMotion::TreeMotion(const System& system, const IntegratorOptions& options)
 FactorStatus TreeMotion::rates(double t, const VecX& x, const VecX& w, const VecX& z, const VecX* extra,
                                Workspace& ws, MotionRates& out) {
     ws.z = z;
-    set_motion(x, w, ws);
+    {
+        const PhaseTimer timer(seconds_.evaluate);
+        set_motion(x, w, ws);
+        tree_.rates(x, w, out.coordinates);
+    }
     FactorStatus status;
     if (equations_) {
         status = equations_->solve(t, ws, can_drift() ? extra : nullptr, acceleration_, out.lambda);
@@ -101,7 +105,6 @@ FactorStatus TreeMotion::rates(double t, const VecX& x, const VecX& w, const Vec
         const PhaseTimer timer(seconds_.solve);
         articulated_.solve(links_, ws.motion, ws.f, out.speeds);
     }
-    tree_.rates(x, w, out.coordinates);
     find_powers_and_states(t, z, driven_ ? out.lambda.data() : nullptr, ws, out);
     return status;
 }
