@@ -2,6 +2,7 @@
 
 #include "solvers/auto_integrator.hpp"
 #include "solvers/bayo.hpp"
+#include "solvers/erk.hpp"
 #include "solvers/gear.hpp"
 #include "solvers/ida.hpp"
 #include "solvers/radau.hpp"
@@ -21,9 +22,10 @@ namespace gudgeon {
 namespace {
 using Maker = std::unique_ptr<Integrator> (*)(const System&, const IntegratorOptions&);
 const std::vector<std::pair<std::string, Maker>>& makers() {
-    static const std::vector<std::pair<std::string, Maker>> list{{"auto", make_auto},   {"gear", make_gear},
-                                                                 {"radau", make_radau}, {"ida", make_ida},
-                                                                 {"rk4", make_rk4},     {"bayo", make_bayo}};
+    static const std::vector<std::pair<std::string, Maker>> list{
+        {"auto", make_auto}, {"gear", make_gear}, {"radau", make_radau},
+        {"ida", make_ida},   {"rk4", make_rk4},   {"erk", make_erk},
+        {"erk5", make_erk5}, {"erk8", make_erk8}, {"bayo", make_bayo}};
     return list;
 }
 } // namespace
@@ -137,7 +139,7 @@ const std::vector<std::string>& integrator_names() {
 
 std::unique_ptr<Integrator> make_integrator(const std::string& name, const System& system,
                                             const IntegratorOptions& options) {
-    static const std::array<std::string_view, 2> explicit_ones{"rk4", "erk"};
+    static const std::array<std::string_view, 4> explicit_ones{"rk4", "erk", "erk5", "erk8"};
     for (const auto& [known, make] : makers()) {
         if (known != name)
             continue;

@@ -1,0 +1,50 @@
+// Motion of one body inside a step, from coordinates, velocities and accelerations at both ends: quintic in
+// the position, cubic in Euler parameters and velocities.
+#pragma once
+
+#include "core/motion.hpp"
+
+namespace gudgeon {
+
+/// One end of a step: arrays of the whole system (q: 7, u and acceleration: 6 per moving body).
+struct StepEnd {
+    double t; // s
+    const VecX& q;
+    const VecX& u;
+    const VecX& acceleration;
+};
+
+/// a.t <= t <= b.t, a.t < b.t.
+inline void hermite_motion(const StepEnd& a, const StepEnd& b, double t, int body, BodyMotion& out) {
+    const double h = b.t - a.t, s = (t - a.t) / h, r = 1 - s, s2 = s * s, s3 = s2 * s;
+    const double value = s3 * (10 - 15 * s + 6 * s2);                                  // end value
+    const double slope0 = s * r * r * r * (1 + 3 * s), slope1 = -s3 * r * (4 - 3 * s); // rates at both ends
+    const double bend0 = 0.5 * s2 * r * r * r, bend1 = 0.5 * s3 * r * r;               // second derivatives
+    const double c = s2 * (3 - 2 * s), c0 = s * r * r, c1 = -s2 * r;                   // cubic
+    const Vec3 r0 = a.q.segment<3>(7 * body), r1 = b.q.segment<3>(7 * body);
+    const Vec4 p0 = a.q.segment<4>(7 * body + 3), p1 = b.q.segment<4>(7 * body + 3);
+    const Vec6 u0 = a.u.segment<6>(6 * body), u1 = b.u.segment<6>(6 * body);
+    const Vec6 a0 = a.acceleration.segment<6>(6 * body), a1 = b.acceleration.segment<6>(6 * body);
+    const Vec6 u = u0 + c * (u1 - u0) + h * (c0 * a0 + c1 * a1);
+    out.r = r0 + value * (r1 - r0) + h * (slope0 * u0.head<3>() + slope1 * u1.head<3>()) +
+            h * h * (bend0 * a0.head<3>() + bend1 * a1.head<3>());
+    const Vec4 rate0 = 0.5 * lt_times(p0, Vec3(u0.tail<3>())), rate1 = 0.5 * lt_times(p1, Vec3(u1.tail<3>()));
+    out.p = (p0 + c * (p1 - p0) + h * (c0 * rate0 + c1 * rate1)).normalized();
+    out.A = rotation(out.p);
+    out.v = u.head<3>();
+    out.w = u.tail<3>();
+}
+
+/// The motion carried on beyond a point by its accelerations.
+inline void motion_carried_on(const StepEnd& from, double t, int body, BodyMotion& out) {
+    const double h = t - from.t;
+    const Vec6 u = from.u.segment<6>(6 * body), a = from.acceleration.segment<6>(6 * body);
+    const Vec4 p = from.q.segment<4>(7 * body + 3);
+    out.r = from.q.segment<3>(7 * body) + h * u.head<3>() + 0.5 * h * h * a.head<3>();
+    out.p = (p + h * 0.5 * lt_times(p, Vec3(u.tail<3>() + 0.5 * h * a.tail<3>()))).normalized();
+    out.A = rotation(out.p);
+    out.v = u.head<3>() + h * a.head<3>();
+    out.w = u.tail<3>() + h * a.tail<3>();
+}
+
+} // namespace gudgeon
