@@ -153,7 +153,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"suspension-chain", mixed, "auto", 0.2},
                     Case{"suspension-chain", mixed, "gear", 0.1}, Case{"four-bar", two_loops, "gear", 2.5},
                     Case{"four-bar", {}, "radau", 2.5}, Case{"four-bar", two_loops, "auto", 2.5},
-                    Case{"four-bar", {}, "rk4", 0.01}));
+                    Case{"four-bar", {}, "rk4", 0.01}, Case{"chain", {{"links", "4"}}, "erk", 1},
+                    Case{"slider-crank", ball, "erk5", 0.05}, Case{"slider-crank", {}, "erk8", 0.5}));
 
 } // namespace
 } // namespace gudgeon
