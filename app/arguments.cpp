@@ -68,7 +68,9 @@ void add_run_options(CLI::App& command, Typed& typed) {
     const auto option = [&](const char* name, const char* value, const char* help) {
         add_text(command, typed, name, value, help);
     };
-    option("--integrator", "WORD", "auto (gear or radau, as the run asks), gear, radau, ida, rk4 or bayo");
+    option("--integrator", "WORD",
+           "auto (gear or radau, as the run asks), gear, radau, ida, rk4, erk (erk5 or erk8, explicit), or "
+           "bayo");
     option("--formulation", "WORD",
            "gear and radau: saddle-point (blocks), saddle-point-klu, augmented-lagrangian (CHOLMOD) or auto; "
            "rk4: "
@@ -151,15 +153,15 @@ std::string formulation(const Typed& typed, const std::string& integrator) {
     if (!typed.options.contains("--formulation"))
         return word;
     if (word == "tree") {
-        if (integrator != "rk4" && integrator != "erk")
+        if (!is_explicit(integrator))
             throw UsageError("--formulation", fmt::format("'tree' with --integrator {}", integrator),
-                             "--formulation tree works with rk4 and erk");
+                             "--formulation tree works with rk4, erk, erk5, erk8");
         return word;
     }
-    if ((integrator == "ida" || integrator == "rk4") && word != "saddle-point" && word != "auto")
+    if ((integrator == "ida" || is_explicit(integrator)) && word != "saddle-point" && word != "auto")
         throw UsageError("--formulation", fmt::format("'{}' with --integrator {}", word, integrator),
-                         integrator == "rk4" ? "saddle-point, tree or auto; others with gear, radau, auto"
-                                             : "saddle-point or auto; others with gear, radau, auto");
+                         is_explicit(integrator) ? "saddle-point, tree or auto; others with gear, radau, auto"
+                                                 : "saddle-point or auto; others with gear, radau, auto");
     if (integrator == "bayo" && word.starts_with("saddle-point"))
         throw UsageError("--formulation", fmt::format("'{}' with --integrator bayo", word),
                          "augmented-lagrangian or auto");

@@ -165,7 +165,7 @@ void Erk::refresh() {
     if (rates_.lambda.size() == now_.state.lambda.size())
         now_.state.lambda = rates_.lambda;
     if (!watch_.idle())
-        equations_->body_accelerations(now_.acceleration);
+        equations_->body_accelerations(ws_, rates_.speeds, now_.acceleration);
     update_angles(system_, now_.state.t, ws_, ws_.angles);
     now_.state.angles = ws_.angles;
 }
@@ -353,7 +353,7 @@ void Erk::finish(const Attempt& trial) {
     if (rates_.lambda.size() == s.lambda.size())
         s.lambda = rates_.lambda;
     if (!watch_.idle()) {
-        equations_->body_accelerations(next_.acceleration);
+        equations_->body_accelerations(ws_, rates_.speeds, next_.acceleration);
         s.contacts = now_.state.contacts;
         s.history = now_.state.history;
     }

@@ -174,6 +174,9 @@ class Integrator {
 /// Names accepted by make_integrator, the first is the default.
 const std::vector<std::string>& integrator_names();
 
+/// Explicit methods: rk4, erk, erk5, erk8. They alone work with Formulation::tree.
+bool is_explicit(const std::string& integrator);
+
 /// Throws std::invalid_argument for an unknown name. The system must outlive the integrator.
 std::unique_ptr<Integrator> make_integrator(const std::string& name, const System& system,
                                             const IntegratorOptions& options);

@@ -12,9 +12,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <stdexcept>
-#include <string_view>
 #include <utility>
 
 namespace gudgeon {
@@ -137,16 +135,18 @@ const std::vector<std::string>& integrator_names() {
     return names;
 }
 
+bool is_explicit(const std::string& integrator) {
+    return integrator == "rk4" || integrator.starts_with("erk");
+}
+
 std::unique_ptr<Integrator> make_integrator(const std::string& name, const System& system,
                                             const IntegratorOptions& options) {
-    static const std::array<std::string_view, 4> explicit_ones{"rk4", "erk", "erk5", "erk8"};
     for (const auto& [known, make] : makers()) {
         if (known != name)
             continue;
-        if (options.formulation == Formulation::tree &&
-            std::ranges::find(explicit_ones, name) == explicit_ones.end())
-            throw std::invalid_argument(
-                fmt::format("formulation tree works with rk4 and erk, not with integrator {}", name));
+        if (options.formulation == Formulation::tree && !is_explicit(name))
+            throw std::invalid_argument(fmt::format(
+                "formulation tree works with rk4, erk, erk5 and erk8, not with integrator {}", name));
         return make(system, options);
     }
     throw std::invalid_argument(
