@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -38,10 +39,7 @@ class Erk final : public Integrator {
     const char* formulation() const override { return formulation_name(equations_->formulation()); }
     const State& state() const override { return now_.state; }
     Workspace& workspace() override { return ws_; }
-    const Statistics& statistics() const override {
-        equations_->report(statistics_);
-        return statistics_;
-    }
+    const Statistics& statistics() const override;
     void set_on_contact(std::function<void(const ContactEvent&)> f) override {
         watch_.on_contact = std::move(f);
     }
@@ -80,6 +78,7 @@ class Erk final : public Integrator {
     bool reject(StepReason reason, const Attempt& trial, double factor, double error);
     StepOutcome stuck(const Attempt& trial) const;
     void dense_stages() const;
+    std::array<long, 3> work_so_far() const;
     static StepEnd end_of(const Point& point) {
         return {point.state.t, point.state.q, point.state.u, point.acceleration};
     }
@@ -101,10 +100,12 @@ class Erk final : public Integrator {
     mutable FactorStatus status_; // of the last evaluation that failed
     VecX weight_, external_;
     std::vector<double> error_sum_;
-    mutable int known_ = 0; // stages of the last accepted step that are there
-    bool fresh_ = false;    // first_slope_ is that of now_
+    mutable std::array<long, 3> output_work_{}; // evaluations, (re)factorisations of dense_stages()
+    mutable int known_ = 0;                     // stages of the last accepted step that are there
+    bool fresh_ = false;                        // first_slope_ is that of now_
     double h_ = 0, error_ = 1;
     StepReason reason_ = StepReason::none; // of the last rejection
+    std::string trouble_;                  // what was no number in it
     StepOutcome started_;
     mutable Statistics statistics_;
 };
@@ -159,6 +160,9 @@ void Erk::refresh() {
     external_ = ws_.external;
     started_ = {};
     if (!rates(now_.state.t, now_.y, first_slope_)) {
+        reason_ =
+            status_.kind == FactorStatus::Kind::singular ? StepReason::singular : StepReason::non_finite;
+        trouble_ = find_bad_number(system_, now_.state.t, ws_);
         started_ = stuck({now_.state.t, 0, false});
         return;
     }
@@ -403,6 +407,8 @@ bool Erk::reject(StepReason reason, const Attempt& trial, double factor, double 
     else
         ++statistics_.rejected_newton;
     reason_ = reason;
+    if (reason == StepReason::non_finite)
+        trouble_ = find_bad_number(system_, trial.t, ws_);
     h_ = factor * trial.h;
     if (on_step)
         on_step({trial.t, trial.h, pair_.order, reason, error});
@@ -411,15 +417,16 @@ bool Erk::reject(StepReason reason, const Attempt& trial, double factor, double 
 
 StepOutcome Erk::stuck(const Attempt& trial) const {
     const double t = now_.state.t;
-    if (!status_.ok() && status_.kind == FactorStatus::Kind::non_finite)
-        if (const std::string found = find_bad_number(system_, t, ws_); !found.empty())
-            return {false, StepReason::non_finite, fmt::format("at t = {:.9g} s: {}", t, found)};
-    if (!status_.ok() && status_.kind == FactorStatus::Kind::singular)
+    if (reason_ == StepReason::non_finite && !trouble_.empty())
+        return {false, StepReason::non_finite, fmt::format("at t = {:.9g} s: {}", t, trouble_)};
+    if (reason_ == StepReason::singular)
         return {
             false, StepReason::singular,
             fmt::format("at t = {:.9g} s the acceleration equations are singular (constraints repeat each "
                         "other?); first at {}",
                         t, equations_->name_of(status_.column))};
+    if (!(trial.h > 0))
+        return {false, reason_, fmt::format("at t = {:.9g} s accelerations are beyond all numbers", t)};
     std::string text = fmt::format("at t = {:.9g} s the step fell to {:.3g} s; last rejected by {}", t,
                                    trial.h, step_reason_name(reason_));
     if (const std::string rows = singular_rows(system_, now_.state, way_to_look * smallest_step());
@@ -430,10 +437,26 @@ StepOutcome Erk::stuck(const Attempt& trial) const {
     return {false, StepReason::step_too_small, text};
 }
 
+// Work for output is left out: what a run costs does not depend on who looks at it.
+const Statistics& Erk::statistics() const {
+    equations_->report(statistics_);
+    statistics_.evaluations -= output_work_[0];
+    statistics_.factorisations -= output_work_[1];
+    statistics_.refactorisations -= output_work_[2];
+    return statistics_;
+}
+
+std::array<long, 3> Erk::work_so_far() const {
+    Statistics all;
+    equations_->report(all);
+    return {all.evaluations, all.factorisations, all.refactorisations};
+}
+
 // The further stages belong to the memory of contacts and angles that the step was made with.
 void Erk::dense_stages() const {
     const State &a = before_.state, &b = now_.state;
     const double h = b.t - a.t;
+    const std::array<long, 3> before = work_so_far();
     ws_.remember(a);
     for (int j = known_; j < pair_.all_stages(); ++j) {
         combine(before_.y, pair_.a[j], h, y_);
@@ -442,6 +465,9 @@ void Erk::dense_stages() const {
     }
     known_ = pair_.all_stages();
     ws_.remember(b);
+    const std::array<long, 3> after = work_so_far();
+    for (std::size_t i = 0; i < after.size(); ++i)
+        output_work_[i] += after[i] - before[i];
 }
 
 void Erk::interpolate(double t, State& out) const {
@@ -470,8 +496,8 @@ void Erk::interpolate(double t, State& out) const {
 
 void Erk::visit(Archive& archive) {
     archive.section(name());
-    archive(ws_, watch_, before_, now_, slope_, first_slope_, known_, fresh_, h_, error_, reason_, external_,
-            statistics_);
+    archive(ws_, watch_, before_, now_, slope_, first_slope_, known_, output_work_[0], output_work_[1],
+            output_work_[2], fresh_, h_, error_, reason_, external_, statistics_);
     equations_->visit(archive);
     if (archive.reading())
         started_ = {};
