@@ -153,9 +153,9 @@ std::string formulation(const Typed& typed, const std::string& integrator) {
     if (!typed.options.contains("--formulation"))
         return word;
     if (word == "tree") {
-        if (!is_explicit(integrator))
+        if (!works_on_tree(integrator))
             throw UsageError("--formulation", fmt::format("'tree' with --integrator {}", integrator),
-                             "--formulation tree works with rk4, erk, erk5, erk8");
+                             "--formulation tree works with gear, rk4, erk, erk5, erk8");
         return word;
     }
     if ((integrator == "ida" || is_explicit(integrator)) && word != "saddle-point" && word != "auto")

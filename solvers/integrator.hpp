@@ -174,8 +174,11 @@ class Integrator {
 /// Names accepted by make_integrator, the first is the default.
 const std::vector<std::string>& integrator_names();
 
-/// Explicit methods: rk4, erk, erk5, erk8. They alone work with Formulation::tree.
+/// Explicit methods: rk4, erk, erk5, erk8.
 bool is_explicit(const std::string& integrator);
+
+/// Methods that know Formulation::tree: these and gear.
+bool works_on_tree(const std::string& integrator);
 
 /// Throws std::invalid_argument for an unknown name. The system must outlive the integrator.
 std::unique_ptr<Integrator> make_integrator(const std::string& name, const System& system,

@@ -139,14 +139,16 @@ bool is_explicit(const std::string& integrator) {
     return integrator == "rk4" || integrator.starts_with("erk");
 }
 
+bool works_on_tree(const std::string& integrator) { return integrator == "gear" || is_explicit(integrator); }
+
 std::unique_ptr<Integrator> make_integrator(const std::string& name, const System& system,
                                             const IntegratorOptions& options) {
     for (const auto& [known, make] : makers()) {
         if (known != name)
             continue;
-        if (options.formulation == Formulation::tree && !is_explicit(name))
+        if (options.formulation == Formulation::tree && !works_on_tree(name))
             throw std::invalid_argument(fmt::format(
-                "formulation tree works with rk4, erk, erk5 and erk8, not with integrator {}", name));
+                "formulation tree works with gear, rk4, erk, erk5 and erk8, not with integrator {}", name));
         return make(system, options);
     }
     throw std::invalid_argument(

@@ -88,7 +88,7 @@ void Radau::visit(Archive& archive) {
 // As for an explicit method of low order: a hundredth of the time in which the state changes by its size.
 double Radau::first_step() const {
     VecX q_rate;
-    coordinate_rates(state_.q, state_.u, q_rate);
+    coordinate_rates(system_, state_.q, state_.u, q_rate);
     const double slope = std::max(norm_.rates(q_rate, slope_).norm, norm_.states(z_rate_).norm);
     double h =
         slope > 0 ? std::pow(options_.rtol, 0.25) * norm_.rates(state_.q, state_.u).norm / slope : 1e-2;
