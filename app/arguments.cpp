@@ -72,9 +72,9 @@ void add_run_options(CLI::App& command, Typed& typed) {
            "auto (gear or radau, as the run asks), gear, radau, ida, rk4, erk (erk5 or erk8, explicit), or "
            "bayo");
     option("--formulation", "WORD",
-           "gear and radau: saddle-point (blocks), saddle-point-klu, augmented-lagrangian (CHOLMOD) or auto; "
-           "rk4: "
-           "saddle-point, or tree (joint coordinates)");
+           "gear and radau: saddle-point (blocks), saddle-point-klu, augmented-lagrangian (CHOLMOD), tree "
+           "(joint "
+           "coordinates) or auto; rk4 and erk: saddle-point or tree");
     option("--rtol", "X", "relative error of a step, 1e-6");
     option("--atol", "X", "absolute error of a step (m, m/s, rad/s), as --rtol");
     option("--step", "S", "rk4, bayo: the step, 1e-3 s; elsewhere the largest step");
@@ -155,7 +155,7 @@ std::string formulation(const Typed& typed, const std::string& integrator) {
     if (word == "tree") {
         if (!works_on_tree(integrator))
             throw UsageError("--formulation", fmt::format("'tree' with --integrator {}", integrator),
-                             "--formulation tree works with gear, rk4, erk, erk5, erk8");
+                             "--formulation tree works with auto, gear, radau, rk4, erk, erk5, erk8");
         return word;
     }
     if ((integrator == "ida" || is_explicit(integrator)) && word != "saddle-point" && word != "auto")

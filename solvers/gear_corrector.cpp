@@ -97,7 +97,8 @@ void Gear::residual(double t) {
     evaluate_forces(system_, t, ws_);
     evaluate_constraints(system_, t, history_.next_lambda().data(), false, ws_);
     ++statistics_.evaluations;
-    coordinates_->momentum_residual(formula(), history_.next_q(), history_.next_u(), ws_.f, rhs_);
+    speeds_ = a0_ * history_.next_u() + beta_u_;
+    coordinates_->momentum_residual(speeds_, ws_.f, rhs_);
     rhs_.segment(n + m, n).setZero();
     put_open_rows(rhs_.segment(n, m), rhs_.tail(m));
 }

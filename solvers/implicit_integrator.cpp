@@ -39,7 +39,7 @@ ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOpt
       carried_on_([this](double t, int body, BodyMotion& out) { motion_carried_on(t, body, out); }) {
     solver_.analyse(saddle_.pattern());
     values_.assign(saddle_.pattern().nonzeros(), 0.0);
-    pose_change_ = VecX::Zero(system.velocities());
+    pose_change_ = pushed_ = VecX::Zero(system.velocities());
     rate_change_ = VecX::Zero(system.row_count());
     turn_ = VecX::Zero(system.velocities() + system.row_count());
     rhs_ = VecX::Zero(2 * (system.velocities() + system.row_count()));

@@ -21,7 +21,8 @@ const char* onset_name(Onset onset);
 Onset onset_named(const std::string& word);
 
 /// How gear and radau solve their linear systems, the same equations either way (formulation.hpp); tree:
-/// joint coordinates of a spanning tree instead of those of the bodies (motion_equations.hpp), rk4 and erk.
+/// joint coordinates of a spanning tree instead of those of the bodies (motion_equations.hpp for explicit
+/// methods, step_coordinates.hpp for gear and radau).
 enum class Formulation { saddle_point, saddle_point_klu, augmented_lagrangian, tree, automatic };
 const char* formulation_name(Formulation formulation);
 /// Throws std::invalid_argument for an unknown word.
@@ -177,7 +178,7 @@ const std::vector<std::string>& integrator_names();
 /// Explicit methods: rk4, erk, erk5, erk8.
 bool is_explicit(const std::string& integrator);
 
-/// Methods that know Formulation::tree: these and gear.
+/// Methods that know Formulation::tree: these, gear, radau and auto.
 bool works_on_tree(const std::string& integrator);
 
 /// Throws std::invalid_argument for an unknown name. The system must outlive the integrator.

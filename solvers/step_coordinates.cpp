@@ -25,7 +25,10 @@ inline Vec3 fitting_turn(double a, const Vec4& p, const Vec4& beta, const Vec3& 
 class CartesianCoordinates final : public StepCoordinates {
   public:
     CartesianCoordinates(const System& system, int threads)
-        : system_(system), threads_(threads), drift_(VecX::Zero(system.velocities())), step_(drift_) {}
+        : system_(system), threads_(threads), drift_(VecX::Zero(system.velocities())), step_(drift_) {
+        for (int i = 0; i < system.moving; ++i)
+            pieces_.push_back({7 * i, 6 * i, 3, true});
+    }
 
     int coordinates() const override { return system_.positions(); }
     int speeds() const override { return system_.velocities(); }
@@ -41,6 +44,7 @@ class CartesianCoordinates final : public StepCoordinates {
         for (int i = 0; i < system_.moving; ++i)
             x.segment<4>(7 * i + 3).normalize();
     }
+    void shift(const VecX& step, VecX& x) const override { gudgeon::move(system_, step, x); }
     void set_motion(const VecX& x, const VecX& w, Workspace& ws) override {
         gudgeon::set_motion(system_, x, w, ws);
     }
@@ -59,10 +63,9 @@ class CartesianCoordinates final : public StepCoordinates {
             fit(formula, i, x, w);
         });
     }
-    void momentum_residual(const StepFormula& formula, const VecX&, const VecX& w, const VecX& f,
-                           VecX& momentum) override {
+    void momentum_residual(const VecX& w_rate, const VecX& f, VecX& momentum) override {
         for_bodies([&](int i) {
-            const Vec6 rate = formula.a * w.segment<6>(6 * i) + formula.bw.segment<6>(6 * i);
+            const Vec6 rate = w_rate.segment<6>(6 * i);
             momentum.segment<3>(6 * i) = f.segment<3>(6 * i) - system_.mass[i] * rate.head<3>();
             momentum.segment<3>(6 * i + 3) = f.segment<3>(6 * i + 3) - system_.inertia[i] * rate.tail<3>();
         });
@@ -79,6 +82,9 @@ class CartesianCoordinates final : public StepCoordinates {
 
     void speeds_of(const VecX& velocities, VecX& w) override { w = velocities.head(w.size()); }
     void velocities_of(const VecX& w, VecX& velocities) override { velocities = w; }
+    ErrorNorm::Value measure(const ErrorNorm& norm, const VecX& step, const VecX& w) override {
+        return norm.increment(step.data(), w.data());
+    }
     ErrorNorm::Value distance(const ErrorNorm& norm, const VecX& x, const VecX& x2, const VecX& w,
                               const VecX& w2, double factor) override {
         return norm.difference(x, x2, w, w2, factor);
@@ -117,8 +123,12 @@ class TreeCoordinates final : public StepCoordinates {
         : system_(system), tree_(system), links_(tree_.make_links()), held_links_(links_),
           stored_links_(links_), motion_(system.start), held_motion_(motion_), stored_motion_(motion_),
           acceleration_(VecX::Zero(system.velocities())), products_(acceleration_), poses_(acceleration_),
-          velocities_(acceleration_), drift_(VecX::Zero(tree_.speeds())), step_(drift_), change_(drift_),
-          speed_rates_(drift_) {}
+          velocities_(acceleration_), drift_(VecX::Zero(tree_.speeds())), step_(drift_), change_(drift_) {
+        for (const TreeLink& link : tree_.tree().links) {
+            const bool turns = link.kind == TreeKind::free || link.kind == TreeKind::spherical;
+            pieces_.push_back({link.coordinate, link.speed, speed_count(link.kind) - (turns ? 3 : 0), turns});
+        }
+    }
 
     int coordinates() const override { return tree_.coordinates(); }
     int speeds() const override { return tree_.speeds(); }
@@ -130,6 +140,8 @@ class TreeCoordinates final : public StepCoordinates {
         tree_.store(stored_motion_, state.q, state.u);
     }
     void normalise(VecX& x) const override { tree_.normalise(x); }
+    void shift(const VecX& step, VecX& x) const override { tree_.move(step, x); }
+    void go_to(const VecX& x, const VecX& w) override { tree_.set_motion(x, w, motion_, links_); }
     void set_motion(const VecX& x, const VecX& w, Workspace& ws) override {
         tree_.set_motion(x, w, motion_, links_);
         std::copy_n(motion_.begin(), system_.moving, ws.motion.begin());
@@ -144,8 +156,8 @@ class TreeCoordinates final : public StepCoordinates {
         drift_.setZero();
         fit(formula, x, w);
     }
-    void momentum_residual(const StepFormula& formula, const VecX& x, const VecX& w, const VecX& f,
-                           VecX& momentum) override;
+    void momentum_residual(const VecX& w_rate, const VecX& f, VecX& momentum) override;
+    void take_out_products(VecX& f) override;
     Moved move(const StepFormula& formula, const double* velocities, const double* poses, VecX& x,
                VecX& w) override;
 
@@ -159,6 +171,7 @@ class TreeCoordinates final : public StepCoordinates {
     void velocities_of(const VecX& w, VecX& velocities) override {
         tree_.expand(motion_, links_, w, velocities);
     }
+    ErrorNorm::Value measure(const ErrorNorm& norm, const VecX& step, const VecX& w) override;
     ErrorNorm::Value distance(const ErrorNorm& norm, const VecX& x, const VecX& x2, const VecX& w,
                               const VecX& w2, double factor) override;
 
@@ -181,7 +194,7 @@ class TreeCoordinates final : public StepCoordinates {
     std::vector<LinkMotion> links_, held_links_, stored_links_;
     std::vector<BodyMotion> motion_, held_motion_, stored_motion_;
     VecX acceleration_, products_, poses_, velocities_; // of the bodies
-    VecX drift_, step_, change_, speed_rates_;          // along the freedoms
+    VecX drift_, step_, change_;                        // along the freedoms
 };
 
 void TreeCoordinates::rates(const VecX& x, const VecX& w, const VecX& acceleration, VecX& x_rate,
@@ -194,16 +207,20 @@ void TreeCoordinates::rates(const VecX& x, const VecX& w, const VecX& accelerati
     tree_.project(motion_, links_, acceleration_, w_rate);
 }
 
-void TreeCoordinates::momentum_residual(const StepFormula& formula, const VecX&, const VecX& w, const VecX& f,
-                                        VecX& momentum) {
-    speed_rates_ = formula.a * w + formula.bw;
-    tree_.expand(motion_, links_, speed_rates_, acceleration_);
+void TreeCoordinates::momentum_residual(const VecX& w_rate, const VecX& f, VecX& momentum) {
+    tree_.expand(motion_, links_, w_rate, acceleration_);
     tree_.products(motion_, links_, products_);
     for (int i = 0; i < system_.moving; ++i) {
         const Vec6 rate = acceleration_.segment<6>(6 * i) + products_.segment<6>(6 * i);
         momentum.segment<3>(6 * i) = f.segment<3>(6 * i) - system_.mass[i] * rate.head<3>();
         momentum.segment<3>(6 * i + 3) = f.segment<3>(6 * i + 3) - system_.inertia[i] * rate.tail<3>();
     }
+}
+
+void TreeCoordinates::take_out_products(VecX& f) {
+    tree_.products(motion_, links_, products_);
+    mass_times(system_, products_, products_);
+    f -= products_;
 }
 
 StepCoordinates::Moved TreeCoordinates::move(const StepFormula& formula, const double* velocities,
@@ -225,19 +242,16 @@ StepCoordinates::Moved TreeCoordinates::move(const StepFormula& formula, const d
 // Moves x so that its rate by the formula is N (w + a drift); step_: how far along the freedoms.
 void TreeCoordinates::fit(const StepFormula& formula, VecX& x, const VecX& w) {
     const double lag = 1 / formula.a;
-    for (const TreeLink& link : tree_.tree().links) {
-        const int straight = link.kind == TreeKind::free        ? 3
-                             : link.kind == TreeKind::spherical ? 0
-                                                                : speed_count(link.kind);
-        for (int k = 0; k < straight; ++k) {
-            const int i = link.coordinate + k, j = link.speed + k;
+    for (const Piece& piece : pieces_) {
+        for (int k = 0; k < piece.straight; ++k) {
+            const int i = piece.x + k, j = piece.w + k;
             const double next = lag * (w[j] - formula.bx[i]) + drift_[j];
             step_[j] = next - x[i];
             x[i] = next;
         }
-        if (link.kind != TreeKind::free && link.kind != TreeKind::spherical)
+        if (!piece.turns)
             continue;
-        const int i = link.coordinate + straight, j = link.speed + straight;
+        const int i = piece.x + piece.straight, j = piece.w + piece.straight;
         const Vec4 p = x.segment<4>(i);
         const Vec3 turn =
             fitting_turn(formula.a, p, formula.bx.segment<4>(i), w.segment<3>(j), drift_.segment<3>(j));
@@ -246,14 +260,18 @@ void TreeCoordinates::fit(const StepFormula& formula, VecX& x, const VecX& w) {
     }
 }
 
+ErrorNorm::Value TreeCoordinates::measure(const ErrorNorm& norm, const VecX& step, const VecX& w) {
+    tree_.expand(motion_, links_, step, poses_);
+    tree_.expand(motion_, links_, w, velocities_);
+    return norm.increment(poses_.data(), velocities_.data());
+}
+
 ErrorNorm::Value TreeCoordinates::distance(const ErrorNorm& norm, const VecX& x, const VecX& x2,
                                            const VecX& w, const VecX& w2, double factor) {
     tree_.difference(x, x2, step_);
     step_ *= factor;
     change_ = factor * (w - w2);
-    tree_.expand(motion_, links_, step_, poses_);
-    tree_.expand(motion_, links_, change_, velocities_);
-    return norm.increment(poses_.data(), velocities_.data());
+    return measure(norm, step_, change_);
 }
 
 } // namespace

@@ -43,19 +43,30 @@ class StepCoordinates {
     /// q and u of a state.
     virtual void store(const VecX& x, const VecX& w, State& state) = 0;
     virtual void normalise(VecX& x) const = 0;
+    /// x moved along N(x), Euler parameters by exact rotations.
+    virtual void shift(const VecX& step, VecX& x) const = 0;
+    /// What turns or moves alone: so many coordinates with x' = w, then Euler parameters with an angular
+    /// velocity or not; first ones in x and w.
+    struct Piece {
+        int x, w, straight;
+        bool turns;
+    };
+    const std::vector<Piece>& pieces() const { return pieces_; }
     /// ws.motion of all bodies; what follows is at this motion. x need not be normalised.
     virtual void set_motion(const VecX& x, const VecX& w, Workspace& ws) = 0;
     /// x' and w', at accelerations u' of the bodies that keep the constraints.
     virtual void rates(const VecX& x, const VecX& w, const VecX& acceleration, VecX& x_rate,
                        VecX& w_rate) = 0;
 
+    /// f - M u' of the bodies (6 each) with these w', at the beginning of momentum.
+    virtual void momentum_residual(const VecX& w_rate, const VecX& f, VecX& momentum) = 0;
+    /// f -= M u' with w' = 0
+    virtual void take_out_products(VecX&) {}
+
     // Gear's method
     /// x and w of the first sweep: w as predicted, x fitted to it. predicted_x: normalised.
     virtual void begin_step(const StepFormula& formula, VecX& predicted_x, const VecX& predicted_w, VecX& x,
                             VecX& w) = 0;
-    /// f - M u' of the bodies (6 each), u' by the formula, at the beginning of momentum.
-    virtual void momentum_residual(const StepFormula& formula, const VecX& x, const VecX& w, const VecX& f,
-                                   VecX& momentum) = 0;
     /// w moved by changes of body velocities, x by the formula and by changes of poses beyond it. How far:
     /// body poses along T(q) and body velocities, 6 per body, valid until the next call.
     struct Moved {
@@ -71,6 +82,10 @@ class StepCoordinates {
     virtual void speeds_of(const VecX& velocities, VecX& w) = 0;
     /// Body velocities for changes of w.
     virtual void velocities_of(const VecX& w, VecX& velocities) = 0;
+    /// The motion that the three above and below are at, where nothing else is asked of it.
+    virtual void go_to(const VecX&, const VecX&) {}
+    /// Norm of a step along N and a change of w.
+    virtual ErrorNorm::Value measure(const ErrorNorm& norm, const VecX& step, const VecX& w) = 0;
     /// Norm of factor times (x - x2, w - w2).
     virtual ErrorNorm::Value distance(const ErrorNorm& norm, const VecX& x, const VecX& x2, const VecX& w,
                                       const VecX& w2, double factor) = 0;
@@ -81,6 +96,9 @@ class StepCoordinates {
     virtual bool can_drift() const = 0;
 
     virtual void visit(Archive&) {}
+
+  protected:
+    std::vector<Piece> pieces_;
 };
 
 /// q' = T(q) u, all 7 numbers of each body.
