@@ -181,7 +181,8 @@ bool is_explicit(const std::string& integrator);
 /// Methods that know Formulation::tree: these, gear, radau and auto.
 bool works_on_tree(const std::string& integrator);
 
-/// Throws std::invalid_argument for an unknown name. The system must outlive the integrator.
+/// Throws std::invalid_argument for an unknown name and for a formulation the method does not know, ModelError
+/// where constraints repeat each other and the method does not take that in joint coordinates. The system must outlive the integrator.
 std::unique_ptr<Integrator> make_integrator(const std::string& name, const System& system,
                                             const IntegratorOptions& options);
 

@@ -163,10 +163,11 @@ std::unique_ptr<Integrator> make_integrator(const std::string& name, const Syste
                                                     "erk, erk5 and erk8, not with integrator {}",
                                                     name));
         if (options.formulation == Formulation::tree && options.redundant && !is_explicit(name))
-            throw std::invalid_argument(fmt::format(
-                "formulation tree with integrator {}: constraints of {} repeat others; such mechanisms need "
-                "integrator rk4, erk, erk5 or erk8, or another formulation",
-                name, fmt::join(joints_that_repeat(system), ", ")));
+            throw ModelError(
+                system.model.name, "/joints",
+                fmt::format("constraints of {} repeat others: formulation tree with integrator {}",
+                            fmt::join(joints_that_repeat(system), ", "), name),
+                "integrator rk4, erk, erk5 or erk8, or another formulation");
         return make(system, options);
     }
     throw std::invalid_argument(
