@@ -73,8 +73,9 @@ void add_run_options(CLI::App& command, Typed& typed) {
         "auto (radau, gear or erk, as the run asks), gear, radau, ida, rk4, erk (erk5 or erk8, explicit), or "
         "bayo");
     option("--formulation", "WORD",
-           "gear and radau: saddle-point (blocks), saddle-point-klu, augmented-lagrangian (CHOLMOD) or auto; "
-           "rk4, erk: saddle-point or tree (joint coordinates)");
+           "gear and radau: saddle-point (blocks), saddle-point-klu, augmented-lagrangian (CHOLMOD), tree "
+           "(joint "
+           "coordinates) or auto; rk4, erk: saddle-point, tree or auto");
     option("--rtol", "X", "relative error of a step, 1e-6");
     option("--atol", "X", "absolute error of a step (m, m/s, rad/s), as --rtol");
     option("--step", "S", "rk4, bayo: the step, 1e-3 s; elsewhere the largest step");
@@ -153,9 +154,9 @@ std::string formulation(const Typed& typed, const std::string& integrator) {
     if (!typed.options.contains("--formulation"))
         return word;
     if (word == "tree") {
-        if (!is_explicit(integrator))
+        if (!works_on_tree(integrator))
             throw UsageError("--formulation", fmt::format("'tree' with --integrator {}", integrator),
-                             "--formulation tree works with rk4, erk, erk5, erk8");
+                             "--formulation tree works with auto, gear, radau, rk4, erk, erk5, erk8");
         return word;
     }
     if ((integrator == "ida" || is_explicit(integrator)) && word != "saddle-point" && word != "auto")

@@ -303,6 +303,27 @@ void TreeKinematics::move(const VecX& step, VecX& s) const {
     }
 }
 
+void TreeKinematics::difference(const VecX& s, const VecX& s2, VecX& step) const {
+    for (const Geometry& g : geometry_) {
+        const auto turn = [&](int coordinate, int first) {
+            const int i = g.coordinate + coordinate;
+            step.segment<3>(g.speed + first) = -2 * l_times(s.segment<4>(i), s2.segment<4>(i));
+        };
+        switch (g.kind) {
+        case TreeKind::free:
+            step.segment<3>(g.speed) = s.segment<3>(g.coordinate) - s2.segment<3>(g.coordinate);
+            turn(3, 3);
+            break;
+        case TreeKind::spherical:
+            turn(0, 0);
+            break;
+        default:
+            for (int k = 0; k < speed_count(g.kind); ++k)
+                step[g.speed + k] = s[g.coordinate + k] - s2[g.coordinate + k];
+        }
+    }
+}
+
 void TreeKinematics::normalise(VecX& s) const {
     for (const Geometry& g : geometry_) {
         if (g.kind == TreeKind::spherical)

@@ -73,6 +73,8 @@ class TreeKinematics {
     void rates(const VecX& s, const VecX& w, VecX& out) const;
     /// s moved along N(s): Euler parameters turned by exact rotations.
     void move(const VecX& step, VecX& s) const;
+    /// Along the speeds, the step that moves s2 to s, rotations to first order; s normalised.
+    void difference(const VecX& s, const VecX& s2, VecX& step) const;
     /// Euler parameters to unit length.
     void normalise(VecX& s) const;
 

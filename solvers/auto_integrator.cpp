@@ -60,9 +60,9 @@ double local_rate(const System& system, const Workspace& ws, int body, bool rota
 }
 
 bool may_be_explicit(const System& system, const IntegratorOptions& options) {
-    return options.formulation == Formulation::automatic && system.contacts.empty() &&
-           system.friction_states() == 0 && !system.reaction_friction && system.moving > 0 &&
-           spanning_tree(system).cut_rows == 0;
+    return (options.formulation == Formulation::automatic || options.formulation == Formulation::tree) &&
+           system.contacts.empty() && system.friction_states() == 0 && !system.reaction_friction &&
+           system.moving > 0 && spanning_tree(system).cut_rows == 0;
 }
 
 /// Gear's method and Radau know no trees.

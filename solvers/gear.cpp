@@ -29,37 +29,50 @@ constexpr double closing = 0.7;      // of the constraints once
 } // namespace
 
 Gear::Gear(const System& system, const IntegratorOptions& options) : ImplicitIntegrator(system, options) {
-    const Eigen::Index nq = system.positions(), n = system.velocities();
+    const Eigen::Index n = system.velocities();
     options_.max_order = std::clamp(options_.max_order, 1, 5);
     for (const Joint& joint : system.model.joints)
         driven_ = driven_ || !joint.drives.empty() || system.reaction_friction;
-    history_.reserve(nq, n, system.row_count(), system.friction_states(), options.threads);
+    history_.reserve(coordinates_->coordinates(), coordinates_->speeds(), system.row_count(),
+                     system.friction_states(), options.threads);
     z_predicted_ = beta_z_ = z_change_ = VecX::Zero(system.friction_states());
-    for (VecX* x : {&q_predicted_, &beta_q_})
-        *x = VecX::Zero(nq);
-    for (VecX* x : {&u_predicted_, &beta_u_, &drift_, &momentum_, &step_})
-        *x = VecX::Zero(n);
+    if (on_tree() && !watch_.idle())
+        bodies_.reserve(system.positions(), n, 0);
+    for (VecX* x : {&q_predicted_, &beta_q_, &q_between_})
+        *x = VecX::Zero(coordinates_->coordinates());
+    for (VecX* x : {&u_predicted_, &beta_u_, &speeds_, &u_between_})
+        *x = VecX::Zero(coordinates_->speeds());
+    momentum_ = step_ = VecX::Zero(n);
     power_.fill(VecX::Zero(work_count(system)));
 }
 
 void Gear::start(const State& state) {
-    VecX q_rate, u_rate;
-    begin(state, u_rate);
-    coordinate_rates(state_.q, state_.u, q_rate);
-    set_motion(system_, state_.q, state_.u, ws_);
+    VecX x, w, q_rate, u_rate, x_rate, w_rate;
+    State closed = state;
+    coordinates_->load(state, x, w);
+    coordinates_->store(x, w, closed);
+    begin(closed, u_rate);
+    coordinate_rates(system_, state_.q, state_.u, q_rate);
+    coordinates_->set_motion(x, w, ws_);
+    coordinates_->rates(x, w, u_rate, x_rate, w_rate);
     find_state_rates(state_.t);
     h_ = first_step(q_rate, u_rate);
     // a second point along the slope makes the first predictor Euler's
     history_.clear();
-    history_.next_q() = state_.q - h_ * q_rate;
-    history_.next_u() = state_.u - h_ * u_rate;
+    history_.next_q() = x - h_ * x_rate;
+    history_.next_u() = w - h_ * w_rate;
     history_.next_z() = state_.z - h_ * z_rate_;
     history_.push(state_.t - h_);
-    history_.next_q() = state_.q;
-    history_.next_u() = state_.u;
+    history_.next_q() = x;
+    history_.next_u() = w;
     history_.next_z() = state_.z;
     history_.next_lambda() = state_.lambda;
     history_.push(state_.t);
+    if (on_tree() && !watch_.idle()) {
+        bodies_.clear();
+        push_bodies(state_.q - h_ * q_rate, state_.u - h_ * u_rate, state_.t - h_);
+        push_bodies(state_.q, state_.u, state_.t);
+    }
     ws_.z = state_.z;
     set_motion(system_, state_.q, state_.u, ws_);
     order_ = 1;
@@ -79,14 +92,21 @@ void Gear::start(const State& state) {
     integrate_powers(state_.t);
 }
 
+void Gear::push_bodies(const VecX& q, const VecX& u, double t) {
+    bodies_.next_q() = q;
+    bodies_.next_u() = u;
+    bodies_.push(t);
+}
+
 // What predict() and correct() fill before they use it is left out.
 void Gear::visit(Archive& archive) {
     ImplicitIntegrator::visit(archive);
     if (!goes_on_exactly())
         return;
-    archive(history_, order_, kink_, contact_begun_, step_order_, t_try_, a0_, matrix_a0_, lambda_points_,
-            matrix_fresh_, refresh_wanted_, matrix_work_, matrix_steps_, contraction_, real_points_,
-            order_cap_, cap_steps_, last_rejection_, steps_at_order_, power_t_, power_, powers_);
+    archive(history_, bodies_, order_, kink_, contact_begun_, step_order_, t_try_, a0_, matrix_a0_,
+            lambda_points_, matrix_fresh_, refresh_wanted_, matrix_work_, matrix_steps_, contraction_,
+            real_points_, order_cap_, cap_steps_, last_rejection_, steps_at_order_, power_t_, power_,
+            powers_);
 }
 
 // Step for which the first-order error, 1/2 h^2 |y''|, is a quarter of the limit; y'' by a trial difference.
@@ -100,7 +120,7 @@ double Gear::first_step(const VecX& q_rate, const VecX& u_rate) {
     ws_.z = state_.z + trial * z_slope;
     if (consistent_.accelerations(state_.t + trial, q, u, ws_, rate, lambda)) {
         VecX later;
-        coordinate_rates(q, u, later);
+        coordinate_rates(system_, q, u, later);
         find_state_rates(state_.t + trial);
         const double curvature =
             std::max(norm_.rates(later - q_rate, rate - u_rate).norm, norm_.states(z_rate_ - z_slope).norm) /
@@ -151,7 +171,8 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
         constant = std::max(constant, 0.5);
     {
         const PhaseTimer timer(statistics_.seconds.control);
-        error_ = norm_.difference(history_.next_q(), q_predicted_, history_.next_u(), u_predicted_, constant);
+        error_ = coordinates_->distance(norm_, history_.next_q(), q_predicted_, history_.next_u(),
+                                        u_predicted_, constant);
     }
     if (error_.norm > 1 && watch_.idle() && !has_states() && !soft())
         forgive_stiff_part(constant);
@@ -166,7 +187,12 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
         return {};
     }
     if (!watch_.idle()) {
-        set_motion(system_, history_.next_q(), history_.next_u(), ws_);
+        set_end_motion();
+        if (on_tree()) {
+            coordinates_->store(history_.next_q(), history_.next_u(), end_);
+            bodies_.next_q() = end_.q;
+            bodies_.next_u() = end_.u;
+        }
         if (contact_too_deep(trial, order_))
             return {};
     }
@@ -180,7 +206,8 @@ StepOutcome Gear::attempt(double t_stop, bool& accepted) {
 // which most goes that way is judged by what is left of it. Not with contacts and bristles: theirs are kinks.
 void Gear::forgive_stiff_part(double constant) {
     const Eigen::Index n = system_.velocities(), m = system_.row_count();
-    momentum_ = history_.next_u() - u_predicted_;
+    speeds_ = history_.next_u() - u_predicted_;
+    coordinates_->velocities_of(speeds_, momentum_);
     mass_times(system_, momentum_, momentum_);
     rhs_.head(n) = matrix_a0_ * momentum_;
     rhs_.segment(n, m).setZero();
@@ -188,14 +215,20 @@ void Gear::forgive_stiff_part(double constant) {
         const PhaseTimer timer(statistics_.seconds.solve);
         solver_.solve({rhs_.data(), static_cast<std::size_t>(n + m)}, 1);
     }
-    momentum_ = history_.next_u() - rhs_.head(n);
+    coordinates_->speeds_of(rhs_, speeds_);
+    speeds_ = history_.next_u() - speeds_;
     const ErrorNorm::Value left =
-        norm_.difference(history_.next_q(), q_predicted_, history_.next_u(), momentum_, constant);
+        coordinates_->distance(norm_, history_.next_q(), q_predicted_, history_.next_u(), speeds_, constant);
     if (left.norm < stiff_share * error_.norm)
         error_ = left;
 }
 
 void Gear::carry_on(double t) {
+    if (on_tree()) {
+        for (int i = 0; i < system_.moving; ++i)
+            motion_carried_on(t, i, ws_.motion[i]);
+        return;
+    }
     std::array<double, BdfHistory::capacity> w{};
     interpolation_weights(history_.times(order_ + 1), t, w.data());
     history_.combine(order_ + 1, w.data(), q_predicted_, u_predicted_);
@@ -205,11 +238,11 @@ void Gear::carry_on(double t) {
 void Gear::motion_carried_on(double t, int body, BodyMotion& out) const {
     std::array<double, BdfHistory::capacity> w{};
     interpolation_weights(history_.times(order_ + 1), t, w.data());
-    Eigen::Matrix<double, 7, 1> q = w[0] * history_.q(0).segment<7>(7 * body);
-    Vec6 u = w[0] * history_.u(0).segment<6>(6 * body);
+    Eigen::Matrix<double, 7, 1> q = w[0] * bodies().q(0).segment<7>(7 * body);
+    Vec6 u = w[0] * bodies().u(0).segment<6>(6 * body);
     for (int i = 1; i <= order_; ++i) {
-        q += w[i] * history_.q(i).segment<7>(7 * body);
-        u += w[i] * history_.u(i).segment<6>(6 * body);
+        q += w[i] * bodies().q(i).segment<7>(7 * body);
+        u += w[i] * bodies().u(i).segment<6>(6 * body);
     }
     set_body_motion(q, u, out);
 }
@@ -219,11 +252,11 @@ void Gear::motion_in_step(double t, int body, BodyMotion& out) const {
     for (int i = 0; i < order_; ++i)
         times[i + 1] = history_.time(i);
     interpolation_weights({times.data(), static_cast<std::size_t>(order_ + 1)}, t, w.data());
-    Eigen::Matrix<double, 7, 1> q = w[0] * history_.next_q().segment<7>(7 * body);
-    Vec6 u = w[0] * history_.next_u().segment<6>(6 * body);
+    Eigen::Matrix<double, 7, 1> q = w[0] * bodies().next_q().segment<7>(7 * body);
+    Vec6 u = w[0] * bodies().next_u().segment<6>(6 * body);
     for (int i = 0; i < order_; ++i) {
-        q += w[i + 1] * history_.q(i).segment<7>(7 * body);
-        u += w[i + 1] * history_.u(i).segment<6>(6 * body);
+        q += w[i + 1] * bodies().q(i).segment<7>(7 * body);
+        u += w[i + 1] * bodies().u(i).segment<6>(6 * body);
     }
     set_body_motion(q, u, out);
 }
@@ -279,12 +312,13 @@ void Gear::accept(double t, double h, double error) {
         lambda_points_ = std::min(lambda_points_ + 1, most_lambda_points);
         rejections_in_row_ = 0;
         choose_next(error);
-        state_.q = history_.next_q();
-        state_.u = history_.next_u();
+        coordinates_->store(history_.next_q(), history_.next_u(), state_);
         state_.z = history_.next_z();
         state_.lambda = history_.next_lambda();
         state_.t = t;
         history_.push(t);
+        if (on_tree() && !watch_.idle())
+            push_bodies(state_.q, state_.u, t);
         ++real_points_;
         norm_.set_scale(state_.q, state_.u, state_.z);
     }
@@ -333,7 +367,7 @@ double Gear::error_at_order(int order, const VecX& q, const VecX& u) {
     interpolation_weights(history_.times(order + 1), t, w.data());
     history_.combine(order + 1, w.data(), beta_q_, beta_u_); // free between corrector and next predictor
     const double constant = (t - history_.time(0)) / (t - history_.time(order));
-    const ErrorNorm::Value error = norm_.difference(q, beta_q_, u, beta_u_, constant);
+    const ErrorNorm::Value error = coordinates_->distance(norm_, q, beta_q_, u, beta_u_, constant);
     if (!has_states())
         return error.norm;
     history_.combine_z(order + 1, w.data(), beta_z_);
@@ -401,11 +435,9 @@ void Gear::interpolate(double t, State& out) const {
     std::array<double, BdfHistory::capacity> w{};
     interpolation_weights(history_.times(n), t, w.data());
     out.t = t;
-    out.q.resize(system_.positions());
-    out.u.resize(system_.velocities());
-    history_.combine(n, w.data(), out.q, out.u);
-    for (int i = 0; i < system_.moving; ++i)
-        out.q.segment<4>(7 * i + 3).normalize();
+    history_.combine(n, w.data(), q_between_, u_between_);
+    coordinates_->normalise(q_between_);
+    coordinates_->store(q_between_, u_between_, out);
     out.lambda = state_.lambda;
     out.contacts = state_.contacts;
     watch_.memory_inside(out.contacts);

@@ -28,6 +28,7 @@ class Gear final : public ImplicitIntegrator {
     double first_step(const VecX& q_rate, const VecX& u_rate);
     void forgive_stiff_part(double constant);
     void accept(double t, double h, double error);
+    void push_bodies(const VecX& q, const VecX& u, double t);
     void shorten(double t, double h);
     void choose_next(double error);
     double error_at_order(int order, const VecX& q, const VecX& u);
@@ -47,10 +48,12 @@ class Gear final : public ImplicitIntegrator {
     double q_per_u() const override { return 1 / a0_; }
     const VecX& end_q() const override { return history_.next_q(); }
     const VecX& end_u() const override { return history_.next_u(); }
+    StepFormula formula() const { return {a0_, beta_q_, beta_u_}; }
+    /// History of q and u of the bodies, where contacts ask for it.
+    const BdfHistory& bodies() const { return on_tree() ? bodies_ : history_; }
     void motion_in_step(double t, int body, BodyMotion& out) const override;
     void motion_carried_on(double t, int body, BodyMotion& out) const override;
     void carry_on(double t) override;
-    void turn_to_velocity(int body, double* step);
 
     // gear_exact.cpp: the same with new derivatives at every iteration
     Corrector correct_exactly(double t);
@@ -59,7 +62,8 @@ class Gear final : public ImplicitIntegrator {
     Corrector finish_exactly(double t);
     void linearise_end(double t);
 
-    BdfHistory history_;
+    BdfHistory history_;                 // of x and w
+    BdfHistory bodies_;                  // on a tree with contacts
     std::unique_ptr<StageMatrix> exact_; // made when first needed
 
     // the step being tried
@@ -69,9 +73,11 @@ class Gear final : public ImplicitIntegrator {
     int step_order_ = 1;         // of the last accepted step
     double t_try_ = 0, a0_ = 0;
     std::array<double, BdfHistory::capacity> a_{};
-    VecX q_predicted_, u_predicted_, beta_q_, beta_u_, drift_;
+    VecX q_predicted_, u_predicted_, beta_q_, beta_u_;
     VecX z_predicted_, beta_z_, z_change_;
-    VecX momentum_, step_;
+    VecX momentum_, step_, speeds_;
+    mutable VecX q_between_, u_between_;
+    State end_; // q and u of the bodies
 
     // memory between steps
     double matrix_a0_ = 0;  // a0 of the factored matrix, 0: none

@@ -2,7 +2,6 @@
 
 #include "solvers/gear.hpp"
 
-#include "core/parallel.hpp"
 #include "solvers/phase_timer.hpp"
 
 #include <algorithm>
@@ -17,7 +16,6 @@ constexpr double making = 4;               // of a matrix, in sweeps
 constexpr double newton_share = 0.1;       // of the error limit left to the corrector
 constexpr double contraction_ageing = 1.3; // per step: what was measured long ago may no longer hold
 constexpr double multiplier_share = 0.03;  // largest relative change of multipliers in the last sweep
-constexpr std::ptrdiff_t grain = 256;      // bodies for a thread
 constexpr double slow_contraction = 0.3;   // above, the matrix is renewed for the next step
 
 } // namespace
@@ -34,15 +32,7 @@ void Gear::predict(double t) {
     const int n = std::max(1, std::min(lambda_points_, real_points_));
     interpolation_weights(history_.times(n), t, w.data());
     history_.combine_lambda(n, w.data(), history_.next_lambda());
-    for_ranges(system_.moving, options_.threads, grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t i = begin; i < end; ++i) {
-            q_predicted_.segment<4>(7 * i + 3).normalize();
-            history_.next_q().segment<7>(7 * i) = q_predicted_.segment<7>(7 * i);
-            history_.next_u().segment<6>(6 * i) = u_predicted_.segment<6>(6 * i);
-            drift_.segment<6>(6 * i).setZero();
-            turn_to_velocity(static_cast<int>(i), step_.data() + 6 * i);
-        }
-    });
+    coordinates_->begin_step(formula(), q_predicted_, u_predicted_, history_.next_q(), history_.next_u());
     if (!has_states())
         return;
     interpolation_weights(history_.times(order_ + 1), t, w.data());
@@ -54,7 +44,7 @@ void Gear::predict(double t) {
 
 // Friction states that fit the motion: a0 z + beta = source - decay z, exactly; z_change_: how far they went.
 void Gear::settle_states(double t) {
-    set_motion(system_, history_.next_q(), history_.next_u(), ws_);
+    set_end_motion();
     VecX& z = history_.next_z();
     z_change_ = z;
     ws_.z = z;
@@ -64,32 +54,10 @@ void Gear::settle_states(double t) {
     z_change_ = z - z_change_;
 }
 
-// Moves q so that the BDF slope of q is T (u + a0 drift), drift being the position corrections so far;
-// step: how far it went along T.
-void Gear::turn_to_velocity(int i, double* step) {
-    VecX& q = history_.next_q();
-    const VecX& u = history_.next_u();
-    const double lag = 1 / a0_;
-    const Vec3 r = lag * (u.segment<3>(6 * i) - beta_q_.segment<3>(7 * i)) + drift_.segment<3>(6 * i);
-    const Vec3 dr = r - q.segment<3>(7 * i);
-    q.segment<3>(7 * i) = r;
-    const Vec4 p = q.segment<4>(7 * i + 3);
-    const Vec3 w = u.segment<3>(6 * i + 3);
-    const Vec3 defect =
-        w + a0_ * drift_.segment<3>(6 * i + 3) - 2 * l_times(p, beta_q_.segment<4>(7 * i + 3));
-    const Vec3 half = 0.5 * w; // (a0 + skew(half)) turn = defect, in closed form
-    const Vec3 turn = (lag / (a0_ * a0_ + half.squaredNorm())) *
-                      (a0_ * a0_ * defect - a0_ * half.cross(defect) + half.dot(defect) * half);
-    q.segment<4>(7 * i + 3) = turned(p, turn);
-    for (int k = 0; k < 3; ++k)
-        step[k] = dr[k];
-    for (int k = 0; k < 3; ++k)
-        step[3 + k] = turn[k];
-}
-
 Gear::Corrector Gear::refresh_matrix(double t) {
     {
         const PhaseTimer timer(statistics_.seconds.assemble);
+        coordinates_->hold();
         linearise(system_, t, history_.next_lambda().data(), ws_, 1 / a0_);
         evaluate_rate_rows(system_, t, ws_);
         saddle_.assemble(system_, ws_, a0_, 1 / a0_, values_);
@@ -124,19 +92,14 @@ bool Gear::renew_matrix(double t) { return matrix_fresh_ || refresh_matrix(t) ==
 void Gear::residual(double t) {
     const PhaseTimer timer(statistics_.seconds.evaluate);
     const Eigen::Index n = system_.velocities(), m = system_.row_count();
-    set_motion(system_, history_.next_q(), history_.next_u(), ws_);
+    set_end_motion();
     ws_.lambda = history_.next_lambda();
     evaluate_forces(system_, t, ws_);
     evaluate_constraints(system_, t, history_.next_lambda().data(), false, ws_);
     ++statistics_.evaluations;
-    for_ranges(system_.moving, options_.threads, grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t i = begin; i < end; ++i) {
-            const Vec6 rate = a0_ * history_.next_u().segment<6>(6 * i) + beta_u_.segment<6>(6 * i);
-            rhs_.segment<3>(6 * i) = ws_.f.segment<3>(6 * i) - system_.mass[i] * rate.head<3>();
-            rhs_.segment<3>(6 * i + 3) = ws_.f.segment<3>(6 * i + 3) - system_.inertia[i] * rate.tail<3>();
-            rhs_.segment<6>(n + m + 6 * i).setZero();
-        }
-    });
+    speeds_ = a0_ * history_.next_u() + beta_u_;
+    coordinates_->momentum_residual(speeds_, ws_.f, rhs_);
+    rhs_.segment(n + m, n).setZero();
     put_open_rows(rhs_.segment(n, m), rhs_.tail(m));
 }
 
@@ -144,14 +107,9 @@ void Gear::move_end() {
     const PhaseTimer timer(statistics_.seconds.control);
     const Eigen::Index n = system_.velocities(), m = system_.row_count();
     history_.next_lambda() += rhs_.segment(n, m);
-    for_ranges(system_.moving, options_.threads, grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t i = begin; i < end; ++i) {
-            history_.next_u().segment<6>(6 * i) += rhs_.segment<6>(6 * i);
-            drift_.segment<6>(6 * i) += rhs_.segment<6>(n + m + 6 * i);
-            turn_to_velocity(static_cast<int>(i), step_.data() + 6 * i);
-        }
-    });
-    increment_ = norm_.increment(step_.data(), rhs_.data());
+    const StepCoordinates::Moved moved =
+        coordinates_->move(formula(), rhs_.data(), rhs_.data() + n + m, history_.next_q(), history_.next_u());
+    increment_ = norm_.increment(moved.poses, moved.velocities);
     if (has_states()) {
         settle_states(t_try_);
         increment_ = ErrorNorm::worse(increment_, norm_.states(z_change_));
@@ -175,7 +133,7 @@ Gear::Corrector Gear::correct(double t) {
                     return status;
         }
         ++statistics_.newton_sweeps;
-        solve_second_order(1 / a0_, 2);
+        solve_second_order(1 / a0_, coordinates_->can_drift() ? 2 : 1);
         move_end();
         if (!std::isfinite(increment_.norm))
             return Corrector::non_finite;

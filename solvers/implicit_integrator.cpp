@@ -35,12 +35,12 @@ ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOpt
       linear_(make_saddle_solver(system, formulation_, options.threads)), solver_(*linear_),
       projections_(options.projections ? options.projections : std::make_shared<ConsistentSolver>(system)),
       consistent_(*projections_), norm_(system, options.rtol, options.atol, options.threads),
-      watch_(system, options),
+      coordinates_(make_step_coordinates(system, formulation_, options.threads)), watch_(system, options),
       motion_at_([this](double t, int body, BodyMotion& out) { motion_in_step(t, body, out); }),
       carried_on_([this](double t, int body, BodyMotion& out) { motion_carried_on(t, body, out); }) {
     solver_.analyse(saddle_.pattern());
     values_.assign(saddle_.pattern().nonzeros(), 0.0);
-    pose_change_ = VecX::Zero(system.velocities());
+    pose_change_ = pushed_ = VecX::Zero(system.velocities());
     rate_change_ = VecX::Zero(system.row_count());
     turn_ = VecX::Zero(system.velocities() + system.row_count());
     rhs_ = VecX::Zero(2 * (system.velocities() + system.row_count()));
@@ -60,7 +60,7 @@ void ImplicitIntegrator::soften() {
 }
 
 bool ImplicitIntegrator::softened(Corrector result, double h) {
-    if (soft_ || system_.row_count() == 0)
+    if (soft_ || on_tree() || system_.row_count() == 0)
         return false;
     if (result == Corrector::singular) {
         ConsistentSolver probe(system_); // forces may be the cause as well
@@ -100,9 +100,17 @@ void ImplicitIntegrator::drop_idle_part(VecX& lambda) {
     lambda += rhs_.segment(n, m);
 }
 
-void ImplicitIntegrator::put_open_rows(Eigen::Ref<VecX> velocity, Eigen::Ref<VecX> position) const {
+void ImplicitIntegrator::put_rows(Eigen::Ref<VecX> velocity, Eigen::Ref<VecX> position) const {
     velocity = -ws_.rate;
     position = -ws_.phi;
+    if (const std::vector<bool>* kept = coordinates_->kept_rows())
+        for (std::size_t r = 0; r < kept->size(); ++r)
+            if ((*kept)[r])
+                velocity[r] = position[r] = 0;
+}
+
+void ImplicitIntegrator::put_open_rows(Eigen::Ref<VecX> velocity, Eigen::Ref<VecX> position) const {
+    put_rows(velocity, position);
     if (soft_ && largest(ws_.rate) <= round_off * (1 + largest(state_.u)))
         velocity.setZero();
     if (soft_ && largest(ws_.phi) <= round_off * (1 + largest(state_.q)))
@@ -110,7 +118,8 @@ void ImplicitIntegrator::put_open_rows(Eigen::Ref<VecX> velocity, Eigen::Ref<Vec
 }
 
 // With R = d(G u)/dq: G du = -rate - R dq and G dq = -Phi, dq = q_per_u du + d. The first two columns leave R
-// out; a third makes up for it, and takes its share of dq back out of d.
+// out; a third makes up for it, and takes its share of dq back out of d. On a tree R belongs to the motion of
+// its joints.
 void ImplicitIntegrator::solve_second_order(double q_per_u, int columns) {
     const PhaseTimer timer(statistics_.seconds.solve);
     const Eigen::Index n = system_.velocities(), m = system_.row_count();
@@ -119,7 +128,7 @@ void ImplicitIntegrator::solve_second_order(double q_per_u, int columns) {
     solver_.solve({rhs_.data(), static_cast<std::size_t>(columns * (n + m))}, columns);
     if (columns == 1)
         rhs_.tail(n + m).setZero();
-    if (m == 0)
+    if (m == 0 || on_tree())
         return;
     pose_change_ = rhs_.segment(n + m, n) + q_per_u * rhs_.head(n);
     rate_rows_times(system_, ws_, pose_change_, rate_change_);
@@ -243,6 +252,7 @@ void ImplicitIntegrator::visit(Archive& archive) {
         soften();
     if (archive.reading() && projections)
         consistent_.soften();
+    coordinates_->visit(archive);
     archive(statistics_, ws_, static_cast<BlockSolver&>(solver_), norm_, watch_, values_, state_, z_rate_, h_,
             full_h_, phi_worst_, rate_worst_, error_, increment_, rejections_in_row_, failures_);
 }
@@ -273,14 +283,6 @@ void ImplicitIntegrator::find_state_rates(double t) {
     z_rate_ = source_ - decay_.cwiseProduct(ws_.z);
 }
 
-void ImplicitIntegrator::coordinate_rates(const VecX& q, const VecX& u, VecX& rates) const {
-    rates.resize(system_.positions());
-    for (int i = 0; i < system_.moving; ++i) {
-        rates.segment<3>(7 * i) = u.segment<3>(6 * i);
-        rates.segment<4>(7 * i + 3) = 0.5 * lt_times(q.segment<4>(7 * i + 3), u.segment<3>(6 * i + 3));
-    }
-}
-
 double ImplicitIntegrator::smallest_step() const {
     return 16 * std::numeric_limits<double>::epsilon() * std::max(std::abs(state_.t), 1e-3);
 }
@@ -289,12 +291,17 @@ bool ImplicitIntegrator::close_constraints(double t) {
     phi_worst_ = rate_worst_ = 0;
     if (system_.row_count() == 0)
         return true;
+    if (!coordinates_->can_drift()) { // as the last sweep saw them
+        phi_worst_ = largest(ws_.phi);
+        rate_worst_ = largest(ws_.rate);
+        return true;
+    }
     const Eigen::Index n = system_.velocities(), m = system_.row_count();
     double last = std::numeric_limits<double>::infinity();
     for (int i = 0; i <= most_closings; ++i) {
         {
             const PhaseTimer timer(statistics_.seconds.evaluate);
-            set_motion(system_, end_q(), end_u(), ws_);
+            set_end_motion();
             evaluate_constraints(system_, t, nullptr, false, ws_);
         }
         phi_worst_ = largest(ws_.phi);
@@ -313,8 +320,7 @@ bool ImplicitIntegrator::close_constraints(double t) {
             return false;
         last = open;
         rhs_.setZero();
-        rhs_.segment(n, m) = -ws_.rate;
-        rhs_.tail(m) = -ws_.phi;
+        put_rows(rhs_.segment(n, m), rhs_.tail(m));
         solve_second_order(q_per_u(), phi_worst_ <= target ? 1 : 2); // the second column closes Phi
         ++statistics_.constraint_polish;
         move_end();

@@ -7,6 +7,7 @@
 #include "solvers/error_norm.hpp"
 #include "solvers/formulation.hpp"
 #include "solvers/integrator.hpp"
+#include "solvers/step_coordinates.hpp"
 
 #include <algorithm>
 
@@ -47,7 +48,7 @@ class ImplicitIntegrator : public Integrator {
 
     /// One try of a step of h_; not ok: the run cannot go on.
     virtual StepOutcome attempt(double t_stop, bool& accepted) = 0;
-    /// Coordinates and velocities at the end of the step being tried.
+    /// x and w (step_coordinates.hpp) at the end of the step being tried.
     virtual const VecX& end_q() const = 0;
     virtual const VecX& end_u() const = 0;
     /// Motion of a body at a time inside the step being tried.
@@ -56,6 +57,8 @@ class ImplicitIntegrator : public Integrator {
     virtual void motion_carried_on(double t, int body, BodyMotion& out) const = 0;
     /// That of all bodies into ws_.motion.
     virtual void carry_on(double t) = 0;
+    /// ws_.motion at that end.
+    void set_end_motion() { coordinates_->set_motion(end_q(), end_u(), ws_); }
     /// Moves that end by a solution in rhs_: velocity and multiplier change; position correction.
     virtual void move_end() = 0;
     /// How far move_end() moves coordinates for a change of velocities, s.
@@ -72,7 +75,11 @@ class ImplicitIntegrator : public Integrator {
     void close_state();
     /// Takes out of multipliers what moves nothing, with the present matrix; columns in rhs_ as long as one.
     void drop_idle_part(VecX& lambda);
-    /// Residuals of the constraints as right-hand sides, 0 where soft rows are closed already: near a
+    /// In joint coordinates.
+    bool on_tree() const { return coordinates_->kept_rows() != nullptr; }
+    /// Residuals of the constraints as right-hand sides, 0 where a tree joint keeps the row.
+    void put_rows(Eigen::Ref<VecX> velocity, Eigen::Ref<VecX> position) const;
+    /// The same, and 0 where soft rows are closed already: near a
     /// singular position a correction of round-off would move the mechanism by much more than it closes.
     void put_open_rows(Eigen::Ref<VecX> velocity, Eigen::Ref<VecX> position) const;
     /// Solves for changes of velocities, multipliers and positions that close both kinds of constraints to
@@ -96,8 +103,6 @@ class ImplicitIntegrator : public Integrator {
     /// z' of the friction states at ws_.motion and ws_.z into z_rate_.
     void find_state_rates(double t);
     bool has_states() const { return system_.friction_states() > 0; }
-    /// q' = T(q) u of a state, all 7 numbers of each body.
-    void coordinate_rates(const VecX& q, const VecX& u, VecX& rates) const;
     /// h_ on, or to t_stop where that is near or passed.
     Trial next_trial(double t_stop) const;
     /// The next try after a step of h that did not converge, its rows being soft.
@@ -138,6 +143,7 @@ class ImplicitIntegrator : public Integrator {
     const std::shared_ptr<ConsistentSolver> projections_;
     ConsistentSolver& consistent_; // projections_
     ErrorNorm norm_;
+    const std::unique_ptr<StepCoordinates> coordinates_;
     ContactWatch watch_;
     const ContactWatch::MotionAt motion_at_, carried_on_;
     std::vector<double> values_; // of K

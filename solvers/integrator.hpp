@@ -23,7 +23,8 @@ const char* onset_name(Onset onset);
 Onset onset_named(const std::string& word);
 
 /// How gear and radau solve their linear systems, the same equations either way (formulation.hpp); tree:
-/// joint coordinates of a spanning tree instead of those of the bodies (motion_equations.hpp), rk4 and erk.
+/// joint coordinates of a spanning tree instead of those of the bodies (motion_equations.hpp for explicit
+/// methods, step_coordinates.hpp for gear and radau).
 enum class Formulation { saddle_point, saddle_point_klu, augmented_lagrangian, tree, automatic };
 const char* formulation_name(Formulation formulation);
 /// Throws std::invalid_argument for an unknown word.
@@ -179,10 +180,15 @@ class Integrator {
 /// Names accepted by make_integrator, the first is the default.
 const std::vector<std::string>& integrator_names();
 
-/// Explicit methods: rk4, erk, erk5, erk8. They alone work with Formulation::tree.
+/// Explicit methods: rk4, erk, erk5, erk8.
 bool is_explicit(const std::string& integrator);
 
-/// Throws std::invalid_argument for an unknown name. The system must outlive the integrator.
+/// Methods that know Formulation::tree: these, gear, radau and auto.
+bool works_on_tree(const std::string& integrator);
+
+/// Throws std::invalid_argument for an unknown name and for a formulation the method does not know,
+/// ModelError where constraints repeat each other and the method does not take that in joint coordinates. The
+/// system must outlive the integrator.
 std::unique_ptr<Integrator> make_integrator(const std::string& name, const System& system,
                                             const IntegratorOptions& options);
 

@@ -6,6 +6,7 @@
 #include "solvers/gear.hpp"
 #include "solvers/ida.hpp"
 #include "solvers/radau.hpp"
+#include "solvers/redundancy.hpp"
 #include "solvers/rk4.hpp"
 
 #include <fmt/format.h>
@@ -26,6 +27,15 @@ const std::vector<std::pair<std::string, Maker>>& makers() {
         {"ida", make_ida},   {"rk4", make_rk4},   {"erk", make_erk},
         {"erk5", make_erk5}, {"erk8", make_erk8}, {"bayo", make_bayo}};
     return list;
+}
+
+std::vector<std::string> joints_that_repeat(const System& system) {
+    std::vector<std::string> names;
+    for (const int row : dependent_rows(system, initial_state(system)))
+        if (const std::string& name = system.joints[system.rows[row].joint].name;
+            std::ranges::find(names, name) == names.end())
+            names.push_back(name);
+    return names;
 }
 } // namespace
 
@@ -142,14 +152,25 @@ bool is_explicit(const std::string& integrator) {
     return integrator == "rk4" || integrator.starts_with("erk");
 }
 
+bool works_on_tree(const std::string& integrator) {
+    return integrator == "auto" || integrator == "gear" || integrator == "radau" || is_explicit(integrator);
+}
+
 std::unique_ptr<Integrator> make_integrator(const std::string& name, const System& system,
                                             const IntegratorOptions& options) {
     for (const auto& [known, make] : makers()) {
         if (known != name)
             continue;
-        if (options.formulation == Formulation::tree && !is_explicit(name))
-            throw std::invalid_argument(fmt::format(
-                "formulation tree works with rk4, erk, erk5 and erk8, not with integrator {}", name));
+        if (options.formulation == Formulation::tree && !works_on_tree(name))
+            throw std::invalid_argument(fmt::format("formulation tree works with auto, gear, radau, rk4, "
+                                                    "erk, erk5 and erk8, not with integrator {}",
+                                                    name));
+        if (options.formulation == Formulation::tree && options.redundant && !is_explicit(name))
+            throw ModelError(
+                system.model.name, "/joints",
+                fmt::format("constraints of {} repeat others: formulation tree with integrator {}",
+                            fmt::join(joints_that_repeat(system), ", "), name),
+                "integrator rk4, erk, erk5 or erk8, or another formulation");
         return make(system, options);
     }
     throw std::invalid_argument(

@@ -2,8 +2,8 @@
 
 #include "solvers/radau.hpp"
 
-#include "solvers/bdf_history.hpp"
 #include "core/parallel.hpp"
+#include "solvers/bdf_history.hpp"
 #include "solvers/phase_timer.hpp"
 #include "solvers/radau_coefficients.hpp"
 
@@ -25,13 +25,13 @@ constexpr double good_contraction = 1e-3; // better: the derivatives are kept fo
 
 Radau::Radau(const System& system, const IntegratorOptions& options)
     : ImplicitIntegrator(system, options), complex_(saddle_options(formulation_, options.threads)) {
-    const Eigen::Index n = system.velocities(), m = system.row_count();
+    const Eigen::Index n = system.velocities(), m = system.row_count(), speeds = coordinates_->speeds();
     if (auto* real = dynamic_cast<AugmentedSolver*>(&solver_))
         pair_ = std::make_unique<AugmentedPairSolver>(*real);
     analyse_complex();
     for (int i = 0; i < stages; ++i) {
         for (auto* x : {&V_, &Z_, &X_, &last_V_, &last_Z_})
-            (*x)[i] = VecX::Zero(n);
+            (*x)[i] = VecX::Zero(speeds);
         lambda_[i] = last_lambda_[i] = VecX::Zero(m);
         stage_rhs_[i] = VecX::Zero(n + 2 * m);
         power_[i] = VecX::Zero(work_count(system));
@@ -41,8 +41,10 @@ Radau::Radau(const System& system, const IntegratorOptions& options)
     z_matrix_decay_ = z_step_ = error_z_ = VecX::Zero(system.friction_states());
     complex_rhs_.assign(2 * (n + m), 0.0);
     complex_turn_.assign(n + m, 0.0);
-    q_stage_ = q_end_ = VecX::Zero(system.positions());
-    for (VecX* x : {&u_stage_, &u_end_, &momentum_, &slope_, &error_u_, &error_q_, &f_start_, &rate_})
+    q_stage_ = q_end_ = VecX::Zero(coordinates_->coordinates());
+    for (VecX* x : {&u_stage_, &u_end_, &speeds_, &slope_, &error_u_, &error_q_, &rate_})
+        *x = VecX::Zero(speeds);
+    for (VecX* x : {&momentum_, &f_start_})
         *x = VecX::Zero(n);
 }
 
@@ -63,17 +65,25 @@ void Radau::soften() {
 }
 
 void Radau::start(const State& state) {
-    begin(state, slope_);
-    mass_times(system_, slope_, f_start_);
-    set_motion(system_, state_.q, state_.u, ws_);
+    State closed = state;
+    VecX acceleration, x_rate;
+    coordinates_->load(state, x_, w_);
+    coordinates_->store(x_, w_, closed);
+    begin(closed, acceleration);
+    mass_times(system_, acceleration, f_start_);
+    coordinates_->set_motion(x_, w_, ws_);
+    coordinates_->rates(x_, w_, acceleration, x_rate, slope_);
+    coordinates_->take_out_products(f_start_);
     find_state_rates(state_.t);
     previous_ = state_;
+    previous_x_ = x_;
+    previous_w_ = w_;
     have_last_ = matrix_current_ = false;
     matrix_h_ = 0;
     full_h_ = 0;
     contraction_ = 0.1;
     failed_h_ = std::numeric_limits<double>::infinity();
-    h_ = first_step();
+    h_ = first_step(acceleration);
 }
 
 // Of the step being tried only what the next one may read of it: its last slopes and decays.
@@ -81,16 +91,17 @@ void Radau::visit(Archive& archive) {
     ImplicitIntegrator::visit(archive);
     if (!goes_on_exactly())
         return;
-    archive(complex_, previous_, slope_, f_start_, z_matrix_decay_, power_, last_V_, last_Z_, last_lambda_,
-            last_z_, last_lambda_start_, last_h_, matrix_h_, matrix_t_, contraction_, last_error_, failed_h_,
-            steps_since_failure_, sweeps_, step_tried_, have_last_, matrix_current_);
+    archive(complex_, previous_, x_, w_, previous_x_, previous_w_, last_bodies_, slope_, f_start_,
+            z_matrix_decay_, power_, last_V_, last_Z_, last_lambda_, last_z_, last_lambda_start_, last_h_,
+            matrix_h_, matrix_t_, contraction_, last_error_, failed_h_, steps_since_failure_, sweeps_,
+            step_tried_, have_last_, matrix_current_);
 }
 
 // As for an explicit method of low order: a hundredth of the time in which the state changes by its size.
-double Radau::first_step() const {
+double Radau::first_step(const VecX& acceleration) const {
     VecX q_rate;
-    coordinate_rates(state_.q, state_.u, q_rate);
-    const double slope = std::max(norm_.rates(q_rate, slope_).norm, norm_.states(z_rate_).norm);
+    coordinate_rates(system_, state_.q, state_.u, q_rate);
+    const double slope = std::max(norm_.rates(q_rate, acceleration).norm, norm_.states(z_rate_).norm);
     double h =
         slope > 0 ? std::pow(options_.rtol, 0.25) * norm_.rates(state_.q, state_.u).norm / slope : 1e-2;
     h = std::min(h, 1e-2);
@@ -154,7 +165,8 @@ StepOutcome Radau::attempt(double t_stop, bool& accepted) {
     if (!watch_.idle()) {
         step_tried_ = h;
         ws_.z = z_[2];
-        set_motion(system_, q_end_, u_end_, ws_);
+        note_bodies();
+        set_end_motion();
         if (contact_too_deep(trial, order))
             return {};
     }
@@ -201,6 +213,8 @@ void Radau::motion_carried_on(double t, int body, BodyMotion& out) const {
     const std::array<double, 4> nodes{0, k.c[0], k.c[1], 1};
     std::array<double, 4> w{};
     interpolation_weights(nodes, 1 + (t - state_.t) / last_h_, w.data());
+    if (on_tree())
+        return put_between(last_bodies_, w, body, out);
     w[3] -= 1; // from the end of the step on
     Vec6 step = Vec6::Zero(), u = state_.u.segment<6>(6 * body);
     for (int i = 0; i < stages; ++i) {
@@ -223,6 +237,8 @@ void Radau::motion_in_step(double t, int body, BodyMotion& out) const {
     const std::array<double, 4> nodes{0, k.c[0], k.c[1], 1};
     std::array<double, 4> w{};
     interpolation_weights(nodes, (t - state_.t) / step_tried_, w.data());
+    if (on_tree())
+        return put_between(bodies_, w, body, out);
     Vec6 step = Vec6::Zero(), u = state_.u.segment<6>(6 * body);
     for (int i = 0; i < stages; ++i) {
         step += w[i + 1] * Z_[i].segment<6>(6 * body);
@@ -231,10 +247,34 @@ void Radau::motion_in_step(double t, int body, BodyMotion& out) const {
     put_beyond(body, step, u, out);
 }
 
+// The motion of the bodies at the start and the stages of the step being tried.
+void Radau::note_bodies() {
+    if (!on_tree())
+        return;
+    bodies_[0].q = state_.q;
+    bodies_[0].u = state_.u;
+    for (int i = 0; i < stages; ++i) {
+        stage_coordinates(i, q_stage_);
+        u_stage_ = w_ + V_[i];
+        coordinates_->store(q_stage_, u_stage_, bodies_[i + 1]);
+    }
+}
+
+void Radau::put_between(const BodyStages& bodies, const std::array<double, 4>& w, int body,
+                        BodyMotion& out) const {
+    Eigen::Matrix<double, 7, 1> q = Eigen::Matrix<double, 7, 1>::Zero();
+    Vec6 u = Vec6::Zero();
+    for (int i = 0; i <= stages; ++i) {
+        q += w[i] * bodies[i].q.segment<7>(7 * body);
+        u += w[i] * bodies[i].u.segment<6>(6 * body);
+    }
+    set_body_motion(q, u, out);
+}
+
 // K(gamma/h) (e_u, .) = (f - G^T lambda at the start + M sum e_i V_i / h - S (h/gamma) r, 0) with
 // r = u + sum e_i Z_i / h; e_q = (h/gamma) (r + e_u). Friction states are eliminated likewise: with
 // r_z = z' + sum e_i (z_i - z) / h the forces are those at z + r_z/(gamma/h + decay), to which e_z adds the
-// change of z' with the velocities.
+// change of z' with the velocities. In joint coordinates forces are less M times the velocity products.
 ErrorNorm::Value Radau::estimate_error(double t, double h) {
     const PhaseTimer timer(statistics_.seconds.solve);
     const RadauCoefficients& k = radau_coefficients();
@@ -243,11 +283,17 @@ ErrorNorm::Value Radau::estimate_error(double t, double h) {
     const auto weighted = [&](const std::array<VecX, stages>& x) {
         return (k.error_weights[0] * x[0] + k.error_weights[1] * x[1] + k.error_weights[2] * x[2]) / h;
     };
-    rate_ = state_.u + weighted(Z_);
-    momentum_ = weighted(V_);
+    const auto take_out_stiffness = [&](const VecX& w) {
+        coordinates_->velocities_of(w, pose_change_);
+        blocks_times(system_, ws_.lin.S, pose_change_, pushed_);
+        momentum_ -= lag * pushed_;
+    };
+    coordinates_->go_to(x_, w_);
+    rate_ = w_ + weighted(Z_);
+    speeds_ = weighted(V_);
+    coordinates_->velocities_of(speeds_, momentum_);
     mass_times(system_, momentum_, momentum_);
-    blocks_times(system_, ws_.lin.S, rate_, error_q_);
-    momentum_ -= lag * error_q_;
+    take_out_stiffness(rate_);
     ErrorNorm::Value error;
     if (has_states()) {
         z_step_ = (k.error_weights[0] * (z_[0] - state_.z) + k.error_weights[1] * (z_[1] - state_.z) +
@@ -263,10 +309,11 @@ ErrorNorm::Value Radau::estimate_error(double t, double h) {
             rhs_.head(n) = momentum_ + ws_.f;
         }
         if (pass == 1) { // filtered once more, with the forces at the estimate (Hairer & Wanner, IV.8.20)
-            q_stage_ = state_.q;
-            move(system_, error_q_, q_stage_);
-            u_stage_ = state_.u + error_u_;
-            set_motion(system_, q_stage_, u_stage_, ws_);
+            take_out_stiffness(error_u_);
+            q_stage_ = x_;
+            coordinates_->shift(error_q_, q_stage_);
+            u_stage_ = w_ + error_u_;
+            coordinates_->set_motion(q_stage_, u_stage_, ws_);
             if (has_states()) {
                 ws_.z = state_.z + error_z_;
                 state_terms(system_, t, ws_, source_, decay_);
@@ -277,17 +324,16 @@ ErrorNorm::Value Radau::estimate_error(double t, double h) {
             ws_.lambda = state_.lambda;
             evaluate_forces(system_, t, ws_);
             evaluate_constraints(system_, t, state_.lambda.data(), false, ws_);
+            coordinates_->take_out_products(ws_.f);
             ++statistics_.evaluations;
-            blocks_times(system_, ws_.lin.S, error_u_, error_q_);
-            momentum_ -= lag * error_q_;
             rate_ += error_u_;
             rhs_.head(n) = momentum_ + ws_.f;
         }
         rhs_.segment(n, m).setZero();
         solver_.solve({rhs_.data(), static_cast<std::size_t>(n + m)}, 1);
-        error_u_ = rhs_.head(n);
+        coordinates_->speeds_of(rhs_, error_u_);
         error_q_ = lag * (rate_ + error_u_);
-        error = norm_.increment(error_q_.data(), error_u_.data());
+        error = coordinates_->measure(norm_, error_q_, error_u_);
         if (has_states())
             error = ErrorNorm::worse(error, state_error(t, lag));
         if (error.norm < 1 || (have_last_ && rejections_in_row_ == 0))
@@ -298,8 +344,8 @@ ErrorNorm::Value Radau::estimate_error(double t, double h) {
 
 // Adds the change of z' with the velocity error to error_z_ (motion: that of the start).
 ErrorNorm::Value Radau::state_error(double t, double lag) {
-    u_stage_ = state_.u + error_u_;
-    set_motion(system_, state_.q, u_stage_, ws_);
+    u_stage_ = w_ + error_u_;
+    coordinates_->set_motion(x_, u_stage_, ws_);
     state_terms(system_, t, ws_, source_, decay_);
     error_z_.array() +=
         (source_ - decay_.cwiseProduct(state_.z) - z_rate_).array() / (1 / lag + z_matrix_decay_.array());
@@ -308,10 +354,11 @@ ErrorNorm::Value Radau::state_error(double t, double lag) {
 
 // ws_.f with reactions at the start of the step and the friction states of ws_.z.
 void Radau::start_forces() {
-    set_motion(system_, state_.q, state_.u, ws_);
+    coordinates_->set_motion(x_, w_, ws_);
     ws_.lambda = state_.lambda;
     evaluate_forces(system_, state_.t, ws_);
     evaluate_constraints(system_, state_.t, state_.lambda.data(), false, ws_);
+    coordinates_->take_out_products(ws_.f);
     ++statistics_.evaluations;
 }
 
@@ -323,18 +370,22 @@ void Radau::accept(double t, double h, double error) {
             drop_idle_part(lambda);
     const RadauCoefficients& k = radau_coefficients();
     previous_ = state_;
+    std::swap(previous_x_, x_);
+    std::swap(previous_w_, w_);
     {
         const PhaseTimer timer(statistics_.seconds.evaluate);
         for (int i = 0; i < stages; ++i) {
-            stage_coordinates(i, q_stage_);
-            u_stage_ = state_.u + V_[i];
-            set_motion(system_, q_stage_, u_stage_, ws_);
+            q_stage_ = previous_x_;
+            coordinates_->shift(Z_[i], q_stage_);
+            u_stage_ = previous_w_ + V_[i];
+            coordinates_->set_motion(q_stage_, u_stage_, ws_);
             ws_.z = z_[i];
             powers(system_, state_.t + k.c[i] * h, lambda_[i].data(), ws_, power_[i]);
             state_.work += h * k.A(2, i) * power_[i];
         }
-        state_.q = q_stage_;
-        state_.u = u_stage_;
+        x_ = q_stage_;
+        w_ = u_stage_;
+        coordinates_->store(x_, w_, state_);
         state_.lambda = lambda_[2];
         state_.z = z_[2];
         state_.t = t;
@@ -352,6 +403,7 @@ void Radau::accept(double t, double h, double error) {
         evaluate_constraints(system_, t, state_.lambda.data(), false, ws_);
         ++statistics_.evaluations;
         f_start_ = ws_.f;
+        coordinates_->take_out_products(f_start_);
         if (soft()) { // M u' of the collocation: multipliers next to a singular position are less exact
             f_start_ =
                 (k.A_inverse(2, 0) * V_[0] + k.A_inverse(2, 1) * V_[1] + k.A_inverse(2, 2) * V_[2]) / h;
@@ -366,6 +418,7 @@ void Radau::accept(double t, double h, double error) {
         std::swap(last_lambda_[i], lambda_[i]);
         std::swap(last_z_[i], z_[i]);
     }
+    std::swap(last_bodies_, bodies_);
     last_h_ = h;
     have_last_ = true;
     norm_.set_scale(state_.q, state_.u, state_.z);
@@ -379,8 +432,9 @@ void Radau::interpolate(double t, State& out) const {
     interpolation_weights(nodes, s, w.data());
     out = previous_;
     out.t = t;
-    out.u += w[1] * last_V_[0] + w[2] * last_V_[1] + w[3] * last_V_[2];
-    move(system_, w[1] * last_Z_[0] + w[2] * last_Z_[1] + w[3] * last_Z_[2], out.q);
+    VecX x = previous_x_;
+    coordinates_->shift(w[1] * last_Z_[0] + w[2] * last_Z_[1] + w[3] * last_Z_[2], x);
+    coordinates_->store(x, previous_w_ + (w[1] * last_V_[0] + w[2] * last_V_[1] + w[3] * last_V_[2]), out);
     if (has_states())
         out.z = w[0] * previous_.z + w[1] * last_z_[0] + w[2] * last_z_[1] + w[3] * last_z_[2];
     out.lambda = state_.lambda;

@@ -8,6 +8,7 @@
 // Gear's: K(s) = [s M + C + S/s, G^T; G, 0], s = an eigenvalue of A^-1 over h.
 #pragma once
 
+#include "core/archive_state.hpp"
 #include "solvers/augmented_solver.hpp"
 #include "solvers/block_solver.hpp"
 #include "solvers/implicit_integrator.hpp"
@@ -30,12 +31,14 @@ class Radau final : public ImplicitIntegrator {
 
   private:
     static constexpr int stages = 3;
+    /// q and u of the bodies at the start and the stages, on a tree with contacts.
+    using BodyStages = std::array<State, stages + 1>;
 
     // radau.cpp: steps and control
     void analyse_complex();
     void soften() override;
     StepOutcome attempt(double t_stop, bool& accepted) override;
-    double first_step() const;
+    double first_step(const VecX& acceleration) const;
     ErrorNorm::Value estimate_error(double t, double h);
     void accept(double t, double h, double error);
 
@@ -49,11 +52,14 @@ class Radau final : public ImplicitIntegrator {
     void solve_increments(double h);
     void solve_complex(std::complex<double> q_per_u);
     bool turn_to_velocities(double h);
-    bool turn_to_velocity(int body, const Mat3& hA);
+    bool turn_to_velocity(const StepCoordinates::Piece& piece, const Mat3& hA);
     void settle_states(double t, double h);
     void start_forces();
     ErrorNorm::Value state_error(double t, double lag);
     void stage_coordinates(int stage, VecX& q) const;
+    void note_bodies();
+    void put_between(const BodyStages& bodies, const std::array<double, 4>& w, int body,
+                     BodyMotion& out) const;
     void motion_in_step(double t, int body, BodyMotion& out) const override;
     void motion_carried_on(double t, int body, BodyMotion& out) const override;
     void carry_on(double t) override;
@@ -76,12 +82,15 @@ class Radau final : public ImplicitIntegrator {
     ComplexBlockSolver complex_;         // of the complex matrix, or, with the augmented Lagrangian ...
     std::unique_ptr<AugmentedPairSolver> pair_; // ... this
     std::vector<std::complex<double>> complex_values_;
-    State previous_; // beginning of the last accepted step
+    State previous_;                  // beginning of the last accepted step
+    VecX x_, w_;                      // of state_
+    VecX previous_x_, previous_w_;    // of previous_
+    BodyStages bodies_, last_bodies_; // of the step being tried, of the last accepted one
 
     std::array<VecX, stages> V_, Z_, X_, lambda_; // of the step being tried
     std::array<VecX, stages> stage_rhs_;          // per stage: momentum and velocity residual; positions
     std::vector<std::complex<double>> complex_rhs_, complex_turn_;
-    VecX q_stage_, u_stage_, q_end_, u_end_, momentum_, slope_, error_u_, error_q_, f_start_, rate_;
+    VecX q_stage_, u_stage_, q_end_, u_end_, speeds_, momentum_, slope_, error_u_, error_q_, f_start_, rate_;
     std::array<VecX, stages> z_, source_i_, decay_i_; // friction states at the stages, their terms
     VecX z_matrix_decay_, z_step_, error_z_;
     double z_change_ = 0;            // norm, in the last settle_states()

@@ -1,7 +1,7 @@
 // The stage equations of Radau IIA: start values, simplified Newton sweeps, closing of the constraints.
 
-#include "solvers/bdf_history.hpp"
 #include "core/parallel.hpp"
+#include "solvers/bdf_history.hpp"
 #include "solvers/phase_timer.hpp"
 #include "solvers/radau.hpp"
 #include "solvers/radau_coefficients.hpp"
@@ -56,10 +56,11 @@ void Radau::predict(double h) {
 
 bool Radau::turn_to_velocities(double h) {
     const Mat3 hA = h * radau_coefficients().A;
+    const std::vector<StepCoordinates::Piece>& pieces = coordinates_->pieces();
     std::atomic<bool> all = true;
-    for_ranges(system_.moving, options_.threads, grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t b = begin; b < end; ++b)
-            if (!turn_to_velocity(static_cast<int>(b), hA)) {
+    for_ranges(std::ssize(pieces), options_.threads, grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
+        for (std::ptrdiff_t k = begin; k < end; ++k)
+            if (!turn_to_velocity(pieces[k], hA)) {
                 all = false;
                 break;
             }
@@ -67,17 +68,23 @@ bool Radau::turn_to_velocities(double h) {
     return all;
 }
 
-// Coordinates of a body that fit the velocities: Z_i = h sum_j A_ij q'_j + X_i, rotations by iteration on the
-// rotation vectors (theta' = omega + theta x omega / 2 + ...).
-bool Radau::turn_to_velocity(int b, const Mat3& hA) {
+// Coordinates of a piece that fit the velocities: Z_i = h sum_j A_ij q'_j + X_i, rotations by iteration on
+// the rotation vectors (theta' = omega + theta x omega / 2 + ...).
+bool Radau::turn_to_velocity(const StepCoordinates::Piece& piece, const Mat3& hA) {
+    for (int j = 0; j < stages; ++j)
+        for (int i = piece.w; i < piece.w + piece.straight; ++i) {
+            double r = X_[j][i];
+            for (int l = 0; l < stages; ++l)
+                r += hA(j, l) * (w_[i] + V_[l][i]);
+            Z_[j][i] = r;
+        }
+    if (!piece.turns)
+        return true;
+    const int at = piece.w + piece.straight;
     std::array<Vec3, stages> w, theta;
     for (int j = 0; j < stages; ++j) {
-        Vec3 r = X_[j].segment<3>(6 * b);
-        for (int l = 0; l < stages; ++l)
-            r += hA(j, l) * (state_.u.segment<3>(6 * b) + V_[l].segment<3>(6 * b));
-        Z_[j].segment<3>(6 * b) = r;
-        w[j] = state_.u.segment<3>(6 * b + 3) + V_[j].segment<3>(6 * b + 3);
-        theta[j] = Z_[j].segment<3>(6 * b + 3);
+        w[j] = w_.segment<3>(at) + V_[j].segment<3>(at);
+        theta[j] = Z_[j].segment<3>(at);
     }
     double change = 1, last = 1;
     // the next change is foreseen from the last two
@@ -93,7 +100,7 @@ bool Radau::turn_to_velocity(int b, const Mat3& hA) {
         change = 0;
         for (int j = 0; j < stages; ++j) {
             const Vec3 next =
-                X_[j].segment<3>(6 * b + 3) + hA(j, 0) * rate[0] + hA(j, 1) * rate[1] + hA(j, 2) * rate[2];
+                X_[j].segment<3>(at) + hA(j, 0) * rate[0] + hA(j, 1) * rate[1] + hA(j, 2) * rate[2];
             const double size = next.norm();
             if (!(size < 3))
                 return false; // the rotation vector folds at pi
@@ -102,7 +109,7 @@ bool Radau::turn_to_velocity(int b, const Mat3& hA) {
         }
     }
     for (int j = 0; j < stages; ++j)
-        Z_[j].segment<3>(6 * b + 3) = theta[j];
+        Z_[j].segment<3>(at) = theta[j];
     return true;
 }
 
@@ -112,8 +119,8 @@ void Radau::settle_states(double t, double h) {
     const RadauCoefficients& k = radau_coefficients();
     for (int i = 0; i < stages; ++i) {
         stage_coordinates(i, q_stage_);
-        u_stage_ = state_.u + V_[i];
-        set_motion(system_, q_stage_, u_stage_, ws_);
+        u_stage_ = w_ + V_[i];
+        coordinates_->set_motion(q_stage_, u_stage_, ws_);
         ws_.z = z_[i];
         state_terms(system_, t + k.c[i] * h, ws_, source_i_[i], decay_i_[i]);
     }
@@ -139,20 +146,21 @@ void Radau::settle_states(double t, double h) {
 }
 
 void Radau::stage_coordinates(int i, VecX& q) const {
-    q = state_.q;
-    move(system_, Z_[i], q);
+    q = x_;
+    coordinates_->shift(Z_[i], q);
 }
 
 // Derivatives at the predicted second stage, the middle of the step.
 void Radau::linearise_in_step() {
     const PhaseTimer timer(statistics_.seconds.assemble);
     stage_coordinates(1, q_stage_);
-    u_stage_ = state_.u + V_[1];
-    set_motion(system_, q_stage_, u_stage_, ws_);
+    u_stage_ = w_ + V_[1];
+    coordinates_->set_motion(q_stage_, u_stage_, ws_);
     if (has_states()) {
         ws_.z = z_[1];
         state_terms(system_, matrix_t_, ws_, source_, z_matrix_decay_);
     }
+    coordinates_->hold();
     linearise(system_, matrix_t_, lambda_[1].data(), ws_);
     evaluate_rate_rows(system_, matrix_t_, ws_);
     matrix_current_ = true;
@@ -190,24 +198,16 @@ void Radau::stage_residual(int i, double t, double h) {
     const Eigen::Index n = system_.velocities(), m = system_.row_count();
     const Eigen::Matrix3d& inverse = radau_coefficients().A_inverse;
     stage_coordinates(i, q_stage_);
-    u_stage_ = state_.u + V_[i];
-    set_motion(system_, q_stage_, u_stage_, ws_);
+    u_stage_ = w_ + V_[i];
+    coordinates_->set_motion(q_stage_, u_stage_, ws_);
     if (has_states())
         ws_.z = z_[i];
     ws_.lambda = lambda_[i];
     evaluate_forces(system_, t, ws_);
     evaluate_constraints(system_, t, lambda_[i].data(), false, ws_);
     ++statistics_.evaluations;
-    for_ranges(system_.moving, options_.threads, grain, [&](std::ptrdiff_t begin, std::ptrdiff_t end) {
-        for (std::ptrdiff_t b = begin; b < end; ++b) {
-            const Vec6 rate =
-                (1 / h) * (inverse(i, 0) * V_[0].segment<6>(6 * b) + inverse(i, 1) * V_[1].segment<6>(6 * b) +
-                           inverse(i, 2) * V_[2].segment<6>(6 * b));
-            stage_rhs_[i].segment<3>(6 * b) = ws_.f.segment<3>(6 * b) - system_.mass[b] * rate.head<3>();
-            stage_rhs_[i].segment<3>(6 * b + 3) =
-                ws_.f.segment<3>(6 * b + 3) - system_.inertia[b] * rate.tail<3>();
-        }
-    });
+    speeds_ = (1 / h) * (inverse(i, 0) * V_[0] + inverse(i, 1) * V_[1] + inverse(i, 2) * V_[2]);
+    coordinates_->momentum_residual(speeds_, ws_.f, stage_rhs_[i]);
     put_open_rows(stage_rhs_[i].segment(n, m), stage_rhs_[i].tail(m));
 }
 
@@ -218,7 +218,7 @@ void Radau::solve_complex(std::complex<double> q_per_u) {
     Eigen::Map<Eigen::VectorXcd> x(complex_rhs_.data(), 2 * size), y(complex_turn_.data(), size);
     x.tail(m) -= q_per_u * x.segment(n, m);
     pair_ ? pair_->solve(complex_rhs_, 2) : complex_.solve(complex_rhs_, 2);
-    if (m == 0)
+    if (m == 0 || on_tree())
         return;
     double largest_change = 0;
     y.setZero();
@@ -269,11 +269,14 @@ void Radau::solve_increments(double h) {
         };
         for (Eigen::Index j = 0; j < n; ++j)
             stage_rhs_[i][j] = back(j);
-        V_[i] += stage_rhs_[i].head(n);
+        coordinates_->speeds_of(stage_rhs_[i], speeds_);
+        V_[i] += speeds_;
         for (Eigen::Index j = 0; j < m; ++j)
             lambda_[i][j] += back(n + j);
         for (Eigen::Index j = 0; j < n; ++j)
-            X_[i][j] += back(size + j);
+            momentum_[j] = back(size + j);
+        coordinates_->speeds_of(momentum_, speeds_);
+        X_[i] += speeds_;
     }
     increment_ = {};
     for (int i = 0; i < stages; ++i) {
@@ -343,7 +346,7 @@ Radau::Corrector Radau::correct(double t, double h) {
         last = std::max(increment_.norm, 1e-300);
         if (stalled || ratio / (1 - std::min(ratio, 0.95)) * increment_.norm <= target) {
             stage_coordinates(2, q_end_);
-            u_end_ = state_.u + V_[2];
+            u_end_ = w_ + V_[2];
             return close_constraints(t + h) ? Corrector::converged : Corrector::slow;
         }
     }
@@ -353,11 +356,14 @@ Radau::Corrector Radau::correct(double t, double h) {
 // The end of the step by a solution in rhs_ that closes the constraints; the collocation follows.
 void Radau::move_end() {
     const Eigen::Index n = system_.velocities(), m = system_.row_count();
-    V_[2] += rhs_.head(n);
+    coordinates_->speeds_of(rhs_, speeds_);
+    V_[2] += speeds_;
     lambda_[2] += rhs_.segment(n, m);
-    Z_[2] += rhs_.segment(n + m, n); // rotation vectors: to first order, the next round mends it
+    momentum_ = rhs_.segment(n + m, n);
+    coordinates_->speeds_of(momentum_, speeds_);
+    Z_[2] += speeds_; // rotation vectors: to first order, the next round mends it
     stage_coordinates(2, q_end_);
-    u_end_ = state_.u + V_[2];
+    u_end_ = w_ + V_[2];
 }
 
 } // namespace gudgeon

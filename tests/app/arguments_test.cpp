@@ -39,16 +39,17 @@ TEST(Arguments, NumbersOutOfRange) {
 
 TEST(Arguments, UnknownWords) {
     expect_refused({"run", "pendulum", "--integrator", "gera"},
-                   {"--integrator", "'gera'", "did you mean 'gear'?", "auto, gear, radau, ida, rk4, erk, erk5, erk8, bayo"});
+                   {"--integrator", "'gera'", "did you mean 'gear'?",
+                    "auto, gear, radau, ida, rk4, erk, erk5, erk8, bayo"});
     expect_refused({"run", "pendulum", "--formulation", "index-3"},
                    {"'index-3'", "saddle-point, saddle-point-klu, augmented-lagrangian, tree, auto"});
     for (const char* integrator : {"ida", "rk4"})
         expect_refused(
             {"run", "pendulum", "--formulation", "augmented-lagrangian", "--integrator", integrator},
             {"--formulation", integrator, "gear, radau"});
-    for (const char* integrator : {"auto", "gear", "radau", "ida", "bayo"})
+    for (const char* integrator : {"ida", "bayo"})
         expect_refused({"run", "pendulum", "--formulation", "tree", "--integrator", integrator},
-                       {"--formulation", integrator, "--formulation tree works with rk4 and erk"});
+                       {"--formulation", integrator, "--formulation tree works with auto, gear, radau, rk4"});
     expect_refused({"run", "pendulum", "--formulation", "saddle-point", "--integrator", "bayo"},
                    {"--formulation", "bayo", "augmented-lagrangian"});
     expect_refused({"run", "pendulum", "--start", "anywhere"}, {"'anywhere'", "as-given, equilibrium"});

@@ -119,6 +119,17 @@ TEST_P(TreeKinematicsOf, MovesAlongItsSpeeds) {
 }
 
 // One hinge by hand: a bar of 1 m turned by s about Y from the X axis, at s'.
+TEST_P(TreeKinematicsOf, DifferencesAreTheStepsBetween) {
+    const TreeState x(random.tree, random.rng);
+    const VecX step = 1e-6 * x.w;
+    VecX s = x.s, found(random.tree.speeds());
+    random.tree.normalise(s);
+    VecX moved = s;
+    random.tree.move(step, moved);
+    random.tree.difference(moved, s, found);
+    EXPECT_LT((found - step).cwiseAbs().maxCoeff(), 1e-14 * (1 + s.cwiseAbs().maxCoeff()));
+}
+
 TEST(TreeKinematics, HingeByHand) {
     Model model;
     model.bodies = {make_bar("bar", 0.1, {0.5, 0, 0})};

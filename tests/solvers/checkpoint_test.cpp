@@ -16,15 +16,19 @@ struct Case {
     std::map<std::string, std::string> parameters;
     std::string integrator;
     double end;
+    Formulation formulation = Formulation::saddle_point;
 };
 
-void PrintTo(const Case& c, std::ostream* out) { *out << c.mechanism << " by " << c.integrator; }
+void PrintTo(const Case& c, std::ostream* out) {
+    *out << c.mechanism << " by " << c.integrator << ", " << formulation_name(c.formulation);
+}
 
 SimulationOptions options_of(const Case& c) {
     SimulationOptions options;
     options.integrator = c.integrator;
     options.integration.rtol = options.integration.atol = 1e-6;
     options.integration.step = c.integrator == "rk4" ? 1e-5 : 0;
+    options.integration.formulation = c.formulation;
     return options;
 }
 
@@ -154,7 +158,17 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"suspension-chain", mixed, "gear", 0.1}, Case{"four-bar", two_loops, "gear", 2.5},
                     Case{"four-bar", {}, "radau", 2.5}, Case{"four-bar", two_loops, "auto", 2.5},
                     Case{"four-bar", {}, "rk4", 0.01}, Case{"chain", {{"links", "4"}}, "erk", 1},
-                    Case{"slider-crank", ball, "erk5", 0.05}, Case{"slider-crank", {}, "erk8", 0.5}));
+                    Case{"slider-crank", ball, "erk5", 0.05}, Case{"slider-crank", {}, "erk8", 0.5},
+                    Case{"chain", {{"links", "4"}}, "gear", 1, Formulation::tree},
+                    Case{"chain", {{"links", "4"}, {"joint", "spherical"}}, "radau", 1, Formulation::tree},
+                    Case{"slider-crank", {}, "gear", 0.5, Formulation::tree},
+                    Case{"slider-crank", {}, "radau", 0.5, Formulation::tree},
+                    Case{"slider-crank", {}, "auto", 0.5, Formulation::tree},
+                    Case{"slider-crank", ball, "gear", 0.4, Formulation::tree},
+                    Case{"slider-crank", bearing, "radau", 0.2, Formulation::tree},
+                    Case{"stick-slip", {}, "gear", 2, Formulation::tree},
+                    Case{"stick-slip", {}, "radau", 2, Formulation::tree},
+                    Case{"suspension-chain", mixed, "auto", 0.2, Formulation::tree}));
 
 } // namespace
 } // namespace gudgeon

@@ -17,8 +17,9 @@ struct Measured {
     double position = 0, velocity = 0;
 };
 
-SimulationOptions tolerance(double tol, int order) {
+SimulationOptions tolerance(double tol, int order, Formulation formulation) {
     SimulationOptions options;
+    options.integration.formulation = formulation;
     options.integration.rtol = options.integration.atol = tol;
     options.integration.max_order = order;
     return options;
@@ -29,8 +30,8 @@ Measured counted(const Simulation& sim, int order) {
     return {static_cast<double>(s.steps), static_cast<double>(s.order_histogram[order]), 0, 0};
 }
 
-Measured pendulum_run(double tol, int order) {
-    Simulation sim(build_mechanism("pendulum"), tolerance(tol, order));
+Measured pendulum_run(double tol, int order, Formulation formulation) {
+    Simulation sim(build_mechanism("pendulum"), tolerance(tol, order, formulation));
     double position = 0, velocity = 0;
     Integrator& gear = sim.integrator();
     while (gear.state().t < 1.5) { // the largest error over all steps
@@ -45,9 +46,9 @@ Measured pendulum_run(double tol, int order) {
     return run;
 }
 
-Measured top_run(double tol, int order) {
+Measured top_run(double tol, int order, Formulation formulation) {
     static const ReferenceTable exact("r7_slow_top_b.csv");
-    Simulation sim(build_mechanism("heavy-top"), tolerance(tol, order));
+    Simulation sim(build_mechanism("heavy-top"), tolerance(tol, order, formulation));
     double position = 0, velocity = 0;
     for (std::size_t i = 10; i <= 60; i += 5) { // between two cusps, where the tilt's rate is well defined
         if (i >= 35 && i <= 45)
@@ -82,13 +83,13 @@ double slope(const std::vector<Measured>& runs, double Measured::*error) {
 }
 
 // The error per step is held, so steps grow as tol^(-1/(k+1)) and errors fall as tol^(k/(k+1)).
-class GearOrder : public testing::TestWithParam<int> {
+class GearOrder : public testing::TestWithParam<std::tuple<int, Formulation>> {
   protected:
-    void expect_order(Measured (*once)(double, int), double tightest) {
-        const int k = GetParam();
+    void expect_order(Measured (*once)(double, int, Formulation), double tightest) {
+        const auto [k, formulation] = GetParam();
         std::vector<Measured> runs;
         for (double tol = 1e-5; tol > 0.9 * tightest; tol /= std::sqrt(10))
-            runs.push_back(once(tol, k));
+            runs.push_back(once(tol, k, formulation));
         EXPECT_NEAR(slope(runs, &Measured::position), -k, 0.2 + 0.06 * k);
         EXPECT_NEAR(slope(runs, &Measured::velocity), -k, 0.2 + 0.06 * k);
         // it is this order that was seen
@@ -97,13 +98,18 @@ class GearOrder : public testing::TestWithParam<int> {
             EXPECT_GT(run.at_order, 0.5 * run.steps);
     }
     /// Orders 1 and 2 need very many steps for little.
-    double tightest() const { return GetParam() == 1 ? 1e-6 : GetParam() == 2 ? 1e-8 : 1e-9; }
+    double tightest() const {
+        const int k = std::get<0>(GetParam());
+        return k == 1 ? 1e-6 : k == 2 ? 1e-8 : 1e-9;
+    }
 };
 
 TEST_P(GearOrder, Pendulum) { expect_order(pendulum_run, tightest()); }
 TEST_P(GearOrder, HeavyTop) { expect_order(top_run, tightest()); }
 
-INSTANTIATE_TEST_SUITE_P(Slow, GearOrder, testing::Range(1, 6));
+INSTANTIATE_TEST_SUITE_P(Slow, GearOrder,
+                         testing::Combine(testing::Range(1, 6),
+                                          testing::Values(Formulation::saddle_point, Formulation::tree)));
 
 TEST(Elliptic, FunctionsAgreeWithTheirDefinition) {
     for (const double k : {0.0, 0.3, 0.7, 0.95})

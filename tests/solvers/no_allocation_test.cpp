@@ -21,14 +21,16 @@ class NoAllocation : public testing::Test {
     template <class F> static long count(F&& f) { return count_allocations(f); }
 };
 
-class NoAllocationSteps : public NoAllocation, public testing::WithParamInterface<const char*> {
+class NoAllocationSteps : public NoAllocation,
+                          public testing::WithParamInterface<std::tuple<const char*, Formulation>> {
   protected:
     /// Steps until 1000 of them were counted; those with a full factorisation are left out.
     static void expect_none(const std::string& name, const std::map<std::string, std::string>& parameters,
                             double tol) {
         SCOPED_TRACE(name);
         SimulationOptions options;
-        options.integrator = GetParam();
+        options.integrator = std::get<0>(GetParam());
+        options.integration.formulation = std::get<1>(GetParam());
         options.integration.rtol = options.integration.atol = tol;
         Simulation sim(build_mechanism(name, parameters), options);
         Integrator& integrator = sim.integrator();
@@ -91,7 +93,9 @@ TEST_P(NoAllocationSteps, OfAPerfectSuspensionChain) {
     expect_none("suspension-chain", {{"units", "3"}, {"joints", "perfect"}}, 1e-5);
 }
 
-INSTANTIATE_TEST_SUITE_P(Implicit, NoAllocationSteps, testing::Values("gear", "radau"));
+INSTANTIATE_TEST_SUITE_P(Implicit, NoAllocationSteps,
+                         testing::Combine(testing::Values("gear", "radau"),
+                                          testing::Values(Formulation::saddle_point, Formulation::tree)));
 
 TEST_F(NoAllocation, EvaluationOfEverything) {
     const System system = compiled("suspension-chain", {{"units", "2"}});

@@ -33,8 +33,9 @@ struct Measured {
 /// largest step is always taken and the sweeps are as exact as the step.
 template <class Truth>
 Measured fixed_steps(const System& system, double h, const std::vector<double>& stops, double estimate,
-                     const Truth& truth) {
+                     const Truth& truth, Formulation formulation = Formulation::saddle_point) {
     IntegratorOptions options;
+    options.formulation = formulation;
     options.step = h;
     options.rtol = options.atol = estimate * std::pow(h, 4);
     const auto radau = make_integrator("radau", system, options);
@@ -92,15 +93,22 @@ void expect_orders(const std::vector<double>& h, const std::vector<Measured>& ru
     EXPECT_GT(slope(h, runs, &Measured::multiplier), 2.7);
 }
 
-TEST(RadauOrder, Pendulum) {
+const auto formulations = testing::Values(Formulation::saddle_point, Formulation::tree);
+class RadauOrderIn : public testing::TestWithParam<Formulation> {};
+INSTANTIATE_TEST_SUITE_P(Coordinates, RadauOrderIn, formulations);
+
+TEST_P(RadauOrderIn, Pendulum) {
     const System system = compiled("pendulum");
     const std::vector<double> steps{0.05, 0.025, 0.0125, 0.00625};
     std::vector<Measured> runs;
     for (const double h : steps)
-        runs.push_back(fixed_steps(system, h, {1.5}, 20, [](const State& s, Measured& worst) {
-            const PendulumTruth truth(s.t);
-            compare(truth.r, truth.v, s, worst);
-        }));
+        runs.push_back(fixed_steps(
+            system, h, {1.5}, 20,
+            [](const State& s, Measured& worst) {
+                const PendulumTruth truth(s.t);
+                compare(truth.r, truth.v, s, worst);
+            },
+            GetParam()));
     expect_orders(steps, runs);
 }
 
@@ -117,25 +125,28 @@ std::vector<double> times_of(const ReferenceTable& table, const std::vector<std:
     return out;
 }
 
-TEST(RadauOrder, HeavyTop) {
+TEST_P(RadauOrderIn, HeavyTop) {
     const System system = compiled("heavy-top");
     const ReferenceTable exact("r7_slow_top_b.csv");
     const std::vector<double> stops = times_of(exact, {15, 20, 25, 30, 50, 60}); // the tilt's rate is plain
     const std::vector<double> steps{0.005, 0.0025, 0.00125};
     std::vector<Measured> runs;
     for (const double h : steps)
-        runs.push_back(fixed_steps(system, h, stops, 3e5, [&](const State& s, Measured& worst) {
-            const std::size_t i = row_at(exact, s.t);
-            if (std::find(stops.begin(), stops.end(), s.t) == stops.end())
-                return;
-            const bool falling = exact["theta"][i + 1] > exact["theta"][i - 1];
-            compare({exact["cx"][i], exact["cy"][i], exact["cz"][i]},
-                    top_velocity(exact["azimuth"][i], exact["theta"][i], falling), s, worst);
-        }));
+        runs.push_back(fixed_steps(
+            system, h, stops, 3e5,
+            [&](const State& s, Measured& worst) {
+                const std::size_t i = row_at(exact, s.t);
+                if (std::find(stops.begin(), stops.end(), s.t) == stops.end())
+                    return;
+                const bool falling = exact["theta"][i + 1] > exact["theta"][i - 1];
+                compare({exact["cx"][i], exact["cy"][i], exact["cz"][i]},
+                        top_velocity(exact["azimuth"][i], exact["theta"][i], falling), s, worst);
+            },
+            GetParam()));
     expect_orders(steps, runs);
 }
 
-TEST(RadauOrder, SliderCrank) {
+TEST_P(RadauOrderIn, SliderCrank) {
     const System system = compiled("slider-crank");
     const ReferenceTable exact("r1_slider_crank_ideal.csv");
     const Eigen::Index slider = system.body_index("slider");
@@ -143,13 +154,16 @@ TEST(RadauOrder, SliderCrank) {
     const std::vector<double> steps{0.01, 0.005, 0.0025, 0.00125};
     std::vector<Measured> runs;
     for (const double h : steps)
-        runs.push_back(fixed_steps(system, h, stops, 300, [&](const State& s, Measured& worst) {
-            const std::size_t i = row_at(exact, s.t);
-            if (i == exact.rows())
-                return;
-            worst.position = std::max(worst.position, std::abs(s.q[7 * slider] - exact["x"][i]));
-            worst.velocity = std::max(worst.velocity, std::abs(s.u[6 * slider] - exact["xd"][i]));
-        }));
+        runs.push_back(fixed_steps(
+            system, h, stops, 300,
+            [&](const State& s, Measured& worst) {
+                const std::size_t i = row_at(exact, s.t);
+                if (i == exact.rows())
+                    return;
+                worst.position = std::max(worst.position, std::abs(s.q[7 * slider] - exact["x"][i]));
+                worst.velocity = std::max(worst.velocity, std::abs(s.u[6 * slider] - exact["xd"][i]));
+            },
+            GetParam()));
     expect_orders(steps, runs);
 }
 
