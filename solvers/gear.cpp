@@ -31,8 +31,6 @@ constexpr double closing = 0.7;      // of the constraints once
 Gear::Gear(const System& system, const IntegratorOptions& options) : ImplicitIntegrator(system, options) {
     const Eigen::Index n = system.velocities();
     options_.max_order = std::clamp(options_.max_order, 1, 5);
-    for (const Joint& joint : system.model.joints)
-        driven_ = driven_ || !joint.drives.empty() || system.reaction_friction;
     history_.reserve(coordinates_->coordinates(), coordinates_->speeds(), system.row_count(),
                      system.friction_states(), options.threads);
     z_predicted_ = beta_z_ = z_change_ = VecX::Zero(system.friction_states());

@@ -81,7 +81,6 @@ class Gear final : public ImplicitIntegrator {
 
     // memory between steps
     double matrix_a0_ = 0;  // a0 of the factored matrix, 0: none
-    bool driven_ = false;   // some coordinate is prescribed, or friction feeds on reactions
     int lambda_points_ = 1; // of the multipliers' predictor
     bool matrix_fresh_ = false, refresh_wanted_ = false;
     double contraction_ = 0.5;

@@ -15,7 +15,6 @@ constexpr int most_sweeps = 6;
 constexpr double making = 4;               // of a matrix, in sweeps
 constexpr double newton_share = 0.1;       // of the error limit left to the corrector
 constexpr double contraction_ageing = 1.3; // per step: what was measured long ago may no longer hold
-constexpr double multiplier_share = 0.03;  // largest relative change of multipliers in the last sweep
 constexpr double slow_contraction = 0.3;   // above, the matrix is renewed for the next step
 
 } // namespace
@@ -59,7 +58,8 @@ Gear::Corrector Gear::refresh_matrix(double t) {
         const PhaseTimer timer(statistics_.seconds.assemble);
         coordinates_->hold();
         linearise(system_, t, history_.next_lambda().data(), ws_, 1 / a0_);
-        evaluate_rate_rows(system_, t, ws_);
+        if (!on_tree())
+            evaluate_rate_rows(system_, t, ws_);
         saddle_.assemble(system_, ws_, a0_, 1 / a0_, values_);
     }
     const PhaseTimer timer(statistics_.seconds.factor);
@@ -81,9 +81,7 @@ bool Gear::multipliers_settled() {
     // where rows repeat each other only what the multipliers do counts
     const double change = soft() ? force_of(rhs_.segment(n, m)) : largest(rhs_.segment(n, m));
     const double size = soft() ? force_of(history_.next_lambda()) : largest(history_.next_lambda());
-    // drives take their work, friction its force from the multipliers: then these are wanted to the tolerance
-    const double share = driven_ ? std::min(multiplier_share, 10 * options_.rtol) : multiplier_share;
-    return change <= share * (size + largest(ws_.f)) + 1e-9;
+    return change <= multiplier_share() * (size + largest(ws_.f)) + 1e-9;
 }
 
 bool Gear::renew_matrix(double t) { return matrix_fresh_ || refresh_matrix(t) == Corrector::converged; }

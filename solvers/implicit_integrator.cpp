@@ -46,6 +46,8 @@ ImplicitIntegrator::ImplicitIntegrator(const System& system, const IntegratorOpt
     rhs_ = VecX::Zero(2 * (system.velocities() + system.row_count()));
     source_ = decay_ = z_rate_ = VecX::Zero(system.friction_states());
     statistics_.nnz_matrix = saddle_.pattern().nonzeros();
+    for (const Joint& joint : system.model.joints)
+        driven_ = driven_ || !joint.drives.empty() || system.reaction_friction;
     if (options.redundant)
         ImplicitIntegrator::soften();
 }

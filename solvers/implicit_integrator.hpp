@@ -36,7 +36,8 @@ class ImplicitIntegrator : public Integrator {
 
   protected:
     static constexpr double round_off = 1e-15; // of residuals, relative to coordinates and velocities
-    static constexpr double closed = 1e-10;    // m, m/s, rad: what every accepted step keeps
+    static constexpr double loose_multipliers = 0.03;
+    static constexpr double closed = 1e-10; // m, m/s, rad: what every accepted step keeps
 
     enum class Corrector { converged, slow, singular, non_finite };
 
@@ -75,6 +76,11 @@ class ImplicitIntegrator : public Integrator {
     void close_state();
     /// Takes out of multipliers what moves nothing, with the present matrix; columns in rhs_ as long as one.
     void drop_idle_part(VecX& lambda);
+    /// Largest change of multipliers that counts as none, of their size. Drives take their work, friction its
+    /// force from them: then they are wanted to the tolerance.
+    double multiplier_share() const {
+        return driven_ ? std::min(loose_multipliers, 10 * options_.rtol) : loose_multipliers;
+    }
     /// In joint coordinates.
     bool on_tree() const { return coordinates_->kept_rows() != nullptr; }
     /// Residuals of the constraints as right-hand sides, 0 where a tree joint keeps the row.
@@ -160,8 +166,9 @@ class ImplicitIntegrator : public Integrator {
     std::size_t landings_ = 0;
     double failed_landing_ = 0; // s, first of the steps that did not converge
     bool soft_ = false;
-    VecX pushed_; // G^T x
-    VecX turn_;   // a third column over (u, lambda)
+    bool driven_ = false; // some coordinate is prescribed, or friction feeds on reactions
+    VecX pushed_;         // G^T x
+    VecX turn_;           // a third column over (u, lambda)
     VecX pose_change_, rate_change_;
     std::string trouble_; // what went wrong in the tries since the last accepted step; empty: nothing special
 };

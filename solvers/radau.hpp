@@ -51,6 +51,7 @@ class Radau final : public ImplicitIntegrator {
     void stage_residual(int stage, double t, double h);
     void solve_increments(double h);
     void solve_complex(std::complex<double> q_per_u);
+    bool multipliers_settled() const;
     bool turn_to_velocities(double h);
     bool turn_to_velocity(const StepCoordinates::Piece& piece, const Mat3& hA);
     void settle_states(double t, double h);
@@ -93,6 +94,7 @@ class Radau final : public ImplicitIntegrator {
     VecX q_stage_, u_stage_, q_end_, u_end_, speeds_, momentum_, slope_, error_u_, error_q_, f_start_, rate_;
     std::array<VecX, stages> z_, source_i_, decay_i_; // friction states at the stages, their terms
     VecX z_matrix_decay_, z_step_, error_z_;
+    double lambda_change_ = 0;       // of the last sweep
     double z_change_ = 0;            // norm, in the last settle_states()
     std::array<VecX, stages> power_; // as State::work
 

@@ -162,7 +162,8 @@ void Radau::linearise_in_step() {
     }
     coordinates_->hold();
     linearise(system_, matrix_t_, lambda_[1].data(), ws_);
-    evaluate_rate_rows(system_, matrix_t_, ws_);
+    if (!on_tree())
+        evaluate_rate_rows(system_, matrix_t_, ws_);
     matrix_current_ = true;
 }
 
@@ -263,6 +264,7 @@ void Radau::solve_increments(double h) {
     solve_second_order(h / radau_coefficients().real_eigenvalue, 2);
     solve_complex(h / radau_coefficients().eigenvalue);
     const PhaseTimer timer(statistics_.seconds.control);
+    lambda_change_ = 0;
     for (int i = 0; i < stages; ++i) {
         const auto back = [&](Eigen::Index at) {
             return T(i, 0) * rhs_[at] + T(i, 1) * complex_rhs_[at].real() + T(i, 2) * complex_rhs_[at].imag();
@@ -271,8 +273,11 @@ void Radau::solve_increments(double h) {
             stage_rhs_[i][j] = back(j);
         coordinates_->speeds_of(stage_rhs_[i], speeds_);
         V_[i] += speeds_;
-        for (Eigen::Index j = 0; j < m; ++j)
-            lambda_[i][j] += back(n + j);
+        for (Eigen::Index j = 0; j < m; ++j) {
+            const double change = back(n + j);
+            lambda_[i][j] += change;
+            lambda_change_ = std::max(lambda_change_, std::abs(change));
+        }
         for (Eigen::Index j = 0; j < n; ++j)
             momentum_[j] = back(size + j);
         coordinates_->speeds_of(momentum_, speeds_);
@@ -285,6 +290,13 @@ void Radau::solve_increments(double h) {
         if (!(at_stage.norm <= increment_.norm))
             increment_ = at_stage;
     }
+}
+
+// On a tree the sweeps see the rates of its joints' motion one behind: where a drive leaves little free,
+// speeds are right at once and multipliers are not.
+bool Radau::multipliers_settled() const {
+    return !on_tree() || !driven_ ||
+           lambda_change_ <= multiplier_share() * (largest(lambda_[2]) + largest(ws_.f)) + 1e-9;
 }
 
 Radau::Corrector Radau::correct(double t, double h) {
@@ -344,6 +356,8 @@ Radau::Corrector Radau::correct(double t, double h) {
                 return Corrector::slow;
         }
         last = std::max(increment_.norm, 1e-300);
+        if (!multipliers_settled())
+            continue;
         if (stalled || ratio / (1 - std::min(ratio, 0.95)) * increment_.norm <= target) {
             stage_coordinates(2, q_end_);
             u_end_ = w_ + V_[2];
