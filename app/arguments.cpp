@@ -152,7 +152,7 @@ std::string formulation(const Typed& typed, const std::string& integrator) {
         choice(typed, "--formulation",
                {"saddle-point", "saddle-point-klu", "augmented-lagrangian", "tree", "auto"}, {});
     if (!typed.options.contains("--formulation"))
-        return word;
+        return "auto";
     if (word == "tree") {
         if (!works_on_tree(integrator))
             throw UsageError("--formulation", fmt::format("'tree' with --integrator {}", integrator),

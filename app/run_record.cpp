@@ -282,12 +282,25 @@ std::string notice_report(const std::vector<std::string>& notices) {
     return text;
 }
 
+/// "gear (saddle-point, blocks)", "auto: erk (tree), an open tree ..."
+std::string method_in_words(const Simulation& sim) {
+    const std::string solver = sim.linear_solver();
+    const std::string how = solver == "none" ? "(" + std::string(sim.formulation()) + ")"
+                                             : fmt::format("({}, {})", sim.formulation(), solver);
+    std::string text = fmt::format("{} {}", sim.integrator_name(), how);
+    if (const std::vector<IntegratorUse> uses = sim.integrator_uses();
+        sim.integrator_name() == std::string("auto"))
+        for (const IntegratorUse& use : uses)
+            text += fmt::format("; {} since {:.6g} s: {}", use.name, use.from, use.why);
+    return text;
+}
+
 std::string run_report(const LoadedModel& loaded, const Simulation& sim, const RunRecord& record,
                        const std::filesystem::path& folder) {
     const Statistics& s = sim.statistics();
     std::string text = fmt::format(
-        "{}: {:.6g} s simulated by {} ({}) in {:.3g} s of CPU time, {:.3g} s to set up\n", loaded.model.name,
-        record.reached, sim.integrator_name(), sim.linear_solver(), record.cpu_seconds, record.setup_seconds);
+        "{}: {:.6g} s simulated by {} in {:.3g} s of CPU time, {:.3g} s to set up\n", loaded.model.name,
+        record.reached, method_in_words(sim), record.cpu_seconds, record.setup_seconds);
     if (record.status == RunRecord::Status::interrupted)
         text += "  interrupted; what was computed is written\n";
     for (const double t : record.restarts)

@@ -65,7 +65,6 @@ bool may_be_explicit(const System& system, const IntegratorOptions& options) {
            system.moving > 0 && spanning_tree(system).cut_rows == 0;
 }
 
-/// Gear's method and Radau know no trees.
 IntegratorOptions with(IntegratorOptions options, Formulation formulation) {
     options.formulation = formulation;
     return options;
@@ -99,8 +98,7 @@ AutoIntegrator::Choice AutoIntegrator::first_choice(const State& state) {
     Workspace ws = make_workspace(system_);
     ws.angles = state.angles;
     set_motion(system_, state.q, state.u, ws);
-    if (explicit_serves(state, ws))
-        return {Method::erk, "an open tree without stiff forces: explicit in joint coordinates"};
+    const bool smooth = explicit_serves(state, ws);
     linearise(system_, state.t, state.lambda.data(), ws);
     LocalMode worst;
     for (int i = 0; i < system_.moving; ++i)
@@ -109,6 +107,8 @@ AutoIntegrator::Choice AutoIntegrator::first_choice(const State& state) {
                 mode.omega > worst.omega && mode.ratio < light)
                 worst = mode;
     fastest_ = worst.omega;
+    if (smooth)
+        return {Method::erk, "an open tree without stiff forces: explicit in joint coordinates"};
     if (worst.omega > fast)
         return {Method::radau,
                 fmt::format("body '{}' can swing at {:.3g} rad/s with a damping ratio of {:.2g}",

@@ -1,9 +1,10 @@
 // Chooses between explicit Runge-Kutta in joint coordinates, Gear's method and Radau IIA, at the start and
 // again on the way.
 //
-// Explicit, where the formulation is left to the program: open trees without contacts and bristles, and no
-// force on a single body faster than the motion itself. There erk needs a third to a tenth of the time at
-// equal error. Where its steps come to be rejected again and again, Radau takes over for good.
+// Explicit, where the formulation is left to the program or is that of trees: open trees without contacts and
+// bristles, and no force on a single body faster than the motion itself. There erk needs a third to a tenth
+// of the time at equal error. Where its steps come to be rejected again and again, Radau takes over and does
+// not hand back.
 //
 // Measured at equal error: Radau needs two to five times less work wherever there are stiff, lightly damped
 // modes (BDF of order 3 to 5 is unstable there), and as much as Gear's method, within a third either way, on

@@ -3,6 +3,7 @@
 #include "core/assembly.hpp"
 #include "core/tree_kinematics.hpp"
 #include "solvers/articulated_body.hpp"
+#include "solvers/consistent.hpp"
 #include "solvers/index1_equations.hpp"
 #include "solvers/phase_timer.hpp"
 
@@ -57,17 +58,19 @@ class TreeMotion final : public MotionEquations {
   private:
     bool close_positions(double t, VecX& x, const VecX& w, Workspace& ws);
     bool close_speeds(double t, const VecX& x, VecX& w, Workspace& ws);
+    bool close_all(double t, VecX& x, VecX& w, Workspace& ws);
     double open_rows(const VecX& residual);
 
     const System& system_;
     TreeKinematics tree_;
     ArticulatedBody articulated_;
     std::optional<Index1Equations> equations_; // where more than the tree is needed
+    std::optional<ConsistentSolver> repeated_; // closes loops whose rows repeat each other
     const bool driven_;
     std::vector<LinkMotion> links_; // at the last rates()
     std::vector<LinkMotion> stored_links_;
     std::vector<BodyMotion> stored_motion_;
-    VecX acceleration_, products_, target_, speeds_;
+    VecX acceleration_, products_, target_, speeds_, q_, u_;
     long evaluations_ = 0;
 };
 
@@ -75,9 +78,14 @@ TreeMotion::TreeMotion(const System& system, const IntegratorOptions& options)
     : system_(system), tree_(system), articulated_(system, tree_.tree()), driven_(has_drives(system)),
       links_(tree_.make_links()), stored_links_(links_), stored_motion_(system.start),
       acceleration_(VecX::Zero(system.velocities())), products_(acceleration_),
-      target_(VecX::Zero(system.row_count())), speeds_(VecX::Zero(tree_.speeds())) {
+      target_(VecX::Zero(system.row_count())), speeds_(VecX::Zero(tree_.speeds())),
+      q_(VecX::Zero(system.positions())), u_(VecX::Zero(system.velocities())) {
     if (can_drift() || system.reaction_friction)
         equations_.emplace(system, rows_of(options));
+    if (can_drift() && options.redundant) {
+        repeated_.emplace(system);
+        repeated_->soften();
+    }
 }
 
 FactorStatus TreeMotion::rates(double t, const VecX& x, const VecX& w, const VecX& z, const VecX* extra,
@@ -126,7 +134,20 @@ void TreeMotion::body_accelerations(const Workspace& ws, const VecX& speed_rates
 
 bool TreeMotion::close(double t, VecX& x, VecX& w, Workspace& ws) {
     normalise(x);
+    if (repeated_)
+        return close_all(t, x, w, ws);
     return !can_drift() || (close_positions(t, x, w, ws) && close_speeds(t, x, w, ws));
+}
+
+// Next to singular positions K^-1 of the cut rows alone is of no use; the bodies are projected onto all rows
+// with their soft ones, and the joints then hold in them too.
+bool TreeMotion::close_all(double t, VecX& x, VecX& w, Workspace& ws) {
+    tree_.set_motion(x, w, stored_motion_, stored_links_);
+    tree_.store(stored_motion_, q_, u_);
+    if (!repeated_->project_positions(t, q_, u_, ws) || !repeated_->project_velocities(t, q_, u_, ws))
+        return false;
+    tree_.take(q_, u_, x, w);
+    return true;
 }
 
 // The residuals of the cut rows into target_, the largest of them returned.
