@@ -217,6 +217,10 @@ void Radau::solve_complex(std::complex<double> q_per_u) {
     const PhaseTimer timer(statistics_.seconds.solve);
     const Eigen::Index n = system_.velocities(), m = system_.row_count(), size = n + m;
     Eigen::Map<Eigen::VectorXcd> x(complex_rhs_.data(), 2 * size), y(complex_turn_.data(), size);
+    if (on_tree() && !coordinates_->can_drift()) { // nothing to close
+        complex_.solve({complex_rhs_.data(), static_cast<std::size_t>(size)}, 1);
+        return;
+    }
     x.tail(m) -= q_per_u * x.segment(n, m);
     pair_ ? pair_->solve(complex_rhs_, 2) : complex_.solve(complex_rhs_, 2);
     if (m == 0 || on_tree())
@@ -261,7 +265,8 @@ void Radau::solve_increments(double h) {
             complex_rhs_[j] = 0;
         }
     }
-    solve_second_order(h / radau_coefficients().real_eigenvalue, 2);
+    solve_second_order(h / radau_coefficients().real_eigenvalue,
+                       on_tree() && !coordinates_->can_drift() ? 1 : 2);
     solve_complex(h / radau_coefficients().eigenvalue);
     const PhaseTimer timer(statistics_.seconds.control);
     lambda_change_ = 0;
