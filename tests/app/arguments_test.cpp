@@ -39,7 +39,8 @@ TEST(Arguments, NumbersOutOfRange) {
 
 TEST(Arguments, UnknownWords) {
     expect_refused({"run", "pendulum", "--integrator", "gera"},
-                   {"--integrator", "'gera'", "did you mean 'gear'?", "auto, gear, radau, ida, rk4, bayo"});
+                   {"--integrator", "'gera'", "did you mean 'gear'?",
+                    "auto, gear, radau, ida, rk4, erk, erk5, erk8, bayo"});
     expect_refused({"run", "pendulum", "--formulation", "index-3"},
                    {"'index-3'", "saddle-point, saddle-point-klu, augmented-lagrangian, tree, auto"});
     for (const char* integrator : {"ida", "rk4"})
