@@ -418,7 +418,8 @@ void Radau::accept(double t, double h, double error) {
         std::swap(last_lambda_[i], lambda_[i]);
         std::swap(last_z_[i], z_[i]);
     }
-    std::swap(last_bodies_, bodies_);
+    if (on_tree() && !watch_.idle())
+        std::swap(last_bodies_, bodies_);
     last_h_ = h;
     have_last_ = true;
     norm_.set_scale(state_.q, state_.u, state_.z);

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <type_traits>
 
 namespace gudgeon {
 
@@ -71,13 +72,23 @@ bool Radau::turn_to_velocities(double h) {
 // Coordinates of a piece that fit the velocities: Z_i = h sum_j A_ij q'_j + X_i, rotations by iteration on
 // the rotation vectors (theta' = omega + theta x omega / 2 + ...).
 bool Radau::turn_to_velocity(const StepCoordinates::Piece& piece, const Mat3& hA) {
-    for (int j = 0; j < stages; ++j)
-        for (int i = piece.w; i < piece.w + piece.straight; ++i) {
-            double r = X_[j][i];
+    const auto slide = [&]<int N>(std::integral_constant<int, N>) {
+        std::array<Eigen::Matrix<double, N, 1>, stages> rate;
+        for (int l = 0; l < stages; ++l)
+            rate[l] = w_.segment<N>(piece.w) + V_[l].segment<N>(piece.w);
+        for (int j = 0; j < stages; ++j) {
+            Eigen::Matrix<double, N, 1> r = X_[j].segment<N>(piece.w);
             for (int l = 0; l < stages; ++l)
-                r += hA(j, l) * (w_[i] + V_[l][i]);
-            Z_[j][i] = r;
+                r += hA(j, l) * rate[l];
+            Z_[j].segment<N>(piece.w) = r;
         }
+    };
+    if (piece.straight == 3)
+        slide(std::integral_constant<int, 3>());
+    else if (piece.straight == 2)
+        slide(std::integral_constant<int, 2>());
+    else if (piece.straight == 1)
+        slide(std::integral_constant<int, 1>());
     if (!piece.turns)
         return true;
     const int at = piece.w + piece.straight;
@@ -276,17 +287,26 @@ void Radau::solve_increments(double h) {
         };
         for (Eigen::Index j = 0; j < n; ++j)
             stage_rhs_[i][j] = back(j);
-        coordinates_->speeds_of(stage_rhs_[i], speeds_);
-        V_[i] += speeds_;
+        if (on_tree()) {
+            coordinates_->speeds_of(stage_rhs_[i], speeds_);
+            V_[i] += speeds_;
+        } else {
+            V_[i] += stage_rhs_[i].head(n);
+        }
         for (Eigen::Index j = 0; j < m; ++j) {
             const double change = back(n + j);
             lambda_[i][j] += change;
             lambda_change_ = std::max(lambda_change_, std::abs(change));
         }
-        for (Eigen::Index j = 0; j < n; ++j)
-            momentum_[j] = back(size + j);
-        coordinates_->speeds_of(momentum_, speeds_);
-        X_[i] += speeds_;
+        if (!on_tree()) {
+            for (Eigen::Index j = 0; j < n; ++j)
+                X_[i][j] += back(size + j);
+        } else if (coordinates_->can_drift()) {
+            for (Eigen::Index j = 0; j < n; ++j)
+                momentum_[j] = back(size + j);
+            coordinates_->speeds_of(momentum_, speeds_);
+            X_[i] += speeds_;
+        }
     }
     increment_ = {};
     for (int i = 0; i < stages; ++i) {
