@@ -2,8 +2,8 @@
 
 #include "core/archive_state.hpp"
 #include "core/assembly.hpp"
-#include "core/tree_kinematics.hpp"
 #include "core/parallel.hpp"
+#include "core/tree_kinematics.hpp"
 
 #include <algorithm>
 
