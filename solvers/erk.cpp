@@ -2,7 +2,6 @@
 
 #include "core/assembly.hpp"
 #include "core/bad_numbers.hpp"
-#include "core/spanning_tree.hpp"
 #include "solvers/phase_timer.hpp"
 
 #include <fmt/format.h>
@@ -329,12 +328,11 @@ bool Erk::reject(StepReason reason, const Attempt& trial, double factor, double 
 }
 
 namespace {
-/// Left to the program: joint coordinates where no loop has to be closed.
+/// Left to the program: joint coordinates, in which loops pass singular positions too.
 std::unique_ptr<Integrator> make(const System& system, IntegratorOptions options, const char* name,
                                  int order) {
     if (options.formulation == Formulation::automatic)
-        options.formulation =
-            spanning_tree(system).cut_rows == 0 ? Formulation::tree : Formulation::saddle_point;
+        options.formulation = Formulation::tree;
     return std::make_unique<Erk>(system, options, name, order);
 }
 } // namespace

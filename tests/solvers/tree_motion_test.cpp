@@ -49,7 +49,10 @@ std::vector<Case> cases() {
         {"suspension-chain", {{"units", "2"}, {"joints", "bushing"}}, 1e-5, 0.002},
         {"suspension-chain", {{"units", "1"}, {"joints", "clearance"}}, 5e-6, 0.001},
         {"suspension-chain", {{"units", "1"}, {"joints", "mixed"}}, 5e-6, 0.001},
-        {"bouncing-journal", {}, 1e-5, 0.01},
+        {"suspension-chain", {{"antiroll", "1"}, {"joints", "perfect"}}, 1e-5, 0.002},
+        {"rsup", {}, 2e-6, 0.001},
+        {"rsup", {{"coupler", "flexible"}, {"joint", "spatial"}, {"friction", "1"}}, 1e-6, 2e-4},
+        {"bouncing-journal", {}, 1e-5, 0.02},
         {"tilted-journal", {}, 1e-5, 0.01},
     };
 }
@@ -67,6 +70,12 @@ IntegratorOptions options(Formulation formulation, double step = 0) {
     out.formulation = formulation;
     out.step = step;
     return out;
+}
+
+TEST(TreeMotionCases, HaveEveryReadyMechanism) {
+    const std::vector<Case> all = cases();
+    for (const Mechanism& m : mechanisms())
+        EXPECT_TRUE(std::ranges::any_of(all, [&](const Case& c) { return c.name == m.name; })) << m.name;
 }
 
 class TreeMotionOf : public testing::TestWithParam<Case> {};
