@@ -261,76 +261,69 @@ void TreeKinematics::store(std::span<const BodyMotion> motion, VecX& q, VecX& u)
     }
 }
 
+namespace {
+// What turns or moves alone in a joint: straight(coordinate, speed, count) for coordinates whose rates are
+// the speeds, turn(coordinate, speed) for Euler parameters with an angular velocity; numbers within the
+// joint.
+template <class Straight, class Turn> void for_parts(TreeKind kind, Straight&& straight, Turn&& turn) {
+    switch (kind) {
+    case TreeKind::free:
+        straight(0, 0, 3);
+        turn(3, 3);
+        break;
+    case TreeKind::spherical:
+        turn(0, 0);
+        break;
+    default:
+        straight(0, 0, speed_count(kind));
+    }
+}
+} // namespace
+
 void TreeKinematics::rates(const VecX& s, const VecX& w, VecX& out) const {
     for (const Geometry& g : geometry_) {
         const double* speed = w.data() + g.speed;
         double* rate = out.data() + g.coordinate;
-        const auto turn = [&](int coordinate, int first) {
-            Eigen::Map<Vec4>(rate + coordinate) = 0.5 * lt_times(s.segment<4>(g.coordinate + coordinate),
-                                                                 Eigen::Map<const Vec3>(speed + first));
-        };
-        switch (g.kind) {
-        case TreeKind::free:
-            std::copy_n(speed, 3, rate);
-            turn(3, 3);
-            break;
-        case TreeKind::spherical:
-            turn(0, 0);
-            break;
-        default:
-            std::copy_n(speed, speed_count(g.kind), rate);
-        }
+        for_parts(
+            g.kind, [&](int c, int v, int count) { std::copy_n(speed + v, count, rate + c); },
+            [&](int c, int v) {
+                Eigen::Map<Vec4>(rate + c) =
+                    0.5 * lt_times(s.segment<4>(g.coordinate + c), Eigen::Map<const Vec3>(speed + v));
+            });
     }
 }
 
 void TreeKinematics::move(const VecX& step, VecX& s) const {
-    for (const Geometry& g : geometry_) {
-        const auto turn = [&](int coordinate, int first) {
-            auto p = s.segment<4>(g.coordinate + coordinate);
-            p = turned(p, step.segment<3>(g.speed + first));
-        };
-        switch (g.kind) {
-        case TreeKind::free:
-            s.segment<3>(g.coordinate) += step.segment<3>(g.speed);
-            turn(3, 3);
-            break;
-        case TreeKind::spherical:
-            turn(0, 0);
-            break;
-        default:
-            s.segment(g.coordinate, coordinate_count(g.kind)) += step.segment(g.speed, speed_count(g.kind));
-        }
-    }
+    for (const Geometry& g : geometry_)
+        for_parts(
+            g.kind,
+            [&](int c, int v, int count) {
+                s.segment(g.coordinate + c, count) += step.segment(g.speed + v, count);
+            },
+            [&](int c, int v) {
+                auto p = s.segment<4>(g.coordinate + c);
+                p = turned(p, step.segment<3>(g.speed + v));
+            });
 }
 
 void TreeKinematics::difference(const VecX& s, const VecX& s2, VecX& step) const {
-    for (const Geometry& g : geometry_) {
-        const auto turn = [&](int coordinate, int first) {
-            const int i = g.coordinate + coordinate;
-            step.segment<3>(g.speed + first) = -2 * l_times(s.segment<4>(i), s2.segment<4>(i));
-        };
-        switch (g.kind) {
-        case TreeKind::free:
-            step.segment<3>(g.speed) = s.segment<3>(g.coordinate) - s2.segment<3>(g.coordinate);
-            turn(3, 3);
-            break;
-        case TreeKind::spherical:
-            turn(0, 0);
-            break;
-        default:
-            for (int k = 0; k < speed_count(g.kind); ++k)
-                step[g.speed + k] = s[g.coordinate + k] - s2[g.coordinate + k];
-        }
-    }
+    for (const Geometry& g : geometry_)
+        for_parts(
+            g.kind,
+            [&](int c, int v, int count) {
+                step.segment(g.speed + v, count) =
+                    s.segment(g.coordinate + c, count) - s2.segment(g.coordinate + c, count);
+            },
+            [&](int c, int v) {
+                const int i = g.coordinate + c;
+                step.segment<3>(g.speed + v) = -2 * l_times(s.segment<4>(i), s2.segment<4>(i));
+            });
 }
 
 void TreeKinematics::normalise(VecX& s) const {
-    for (const Geometry& g : geometry_) {
-        if (g.kind == TreeKind::spherical)
-            s.segment<4>(g.coordinate).normalize();
-        if (g.kind == TreeKind::free)
-            s.segment<4>(g.coordinate + 3).normalize();
-    }
+    for (const Geometry& g : geometry_)
+        for_parts(
+            g.kind, [](int, int, int) {}, [&](int c, int) { s.segment<4>(g.coordinate + c).normalize(); });
 }
 
 namespace {
