@@ -2,6 +2,7 @@
 
 #include "core/assembly.hpp"
 #include "core/bad_numbers.hpp"
+#include "solvers/hermite_motion.hpp"
 #include "solvers/phase_timer.hpp"
 #include "solvers/singular_position.hpp"
 
@@ -169,17 +170,14 @@ void FixedStepIntegrator::interpolate(double t, State& out) const {
     const double h = b.t - a.t;
     if (!(h > 0) || t >= b.t)
         return;
-    const double s = std::max(0.0, (t - a.t) / h), s2 = s * s, s3 = s2 * s, r = 1 - s;
-    const double value = s3 * (10 - 15 * s + 6 * s2);  // quintic Hermite weights: end value,
-    const double slope0 = s * r * r * r * (1 + 3 * s); // rates at both ends,
-    const double slope1 = -s3 * r * (4 - 3 * s);       //
-    const double bend0 = 0.5 * s2 * r * r * r, bend1 = 0.5 * s3 * r * r; // second derivatives
+    const double s = std::max(0.0, (t - a.t) / h);
+    const HermiteWeights weights(s);
+    const auto& [value, slope0, slope1, bend0, bend1, c, c0, c1] = weights;
     const auto blend = [&](const auto& x0, const auto& x1, const auto& v0, const auto& v1, const auto& w0,
                            const auto& w1) {
         return (x0 + value * (x1 - x0) + h * (slope0 * v0 + slope1 * v1) + h * h * (bend0 * w0 + bend1 * w1))
             .eval();
     };
-    const double c = s2 * (3 - 2 * s), c0 = s * r * r, c1 = -s2 * r; // cubic
     out.t = t;
     for (int i = 0; i < system_.moving; ++i) {
         const int j = 7 * i, k = 6 * i;

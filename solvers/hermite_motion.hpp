@@ -6,6 +6,25 @@
 
 namespace gudgeon {
 
+/// Weights at the share s of a step between values x0, x1 with rates and second derivatives at both ends:
+///   quintic  x0 + value (x1 - x0) + h (slope0 x0' + slope1 x1') + h^2 (bend0 x0'' + bend1 x1'')
+///   cubic    x0 + c (x1 - x0) + h (c0 x0' + c1 x1')
+struct HermiteWeights {
+    double value, slope0, slope1, bend0, bend1, c, c0, c1;
+
+    explicit HermiteWeights(double s) {
+        const double s2 = s * s, s3 = s2 * s, r = 1 - s;
+        value = s3 * (10 - 15 * s + 6 * s2);
+        slope0 = s * r * r * r * (1 + 3 * s);
+        slope1 = -s3 * r * (4 - 3 * s);
+        bend0 = 0.5 * s2 * r * r * r;
+        bend1 = 0.5 * s3 * r * r;
+        c = s2 * (3 - 2 * s);
+        c0 = s * r * r;
+        c1 = -s2 * r;
+    }
+};
+
 /// One end of a step: arrays of the whole system (q: 7, u and acceleration: 6 per moving body).
 struct StepEnd {
     double t; // s
@@ -16,11 +35,8 @@ struct StepEnd {
 
 /// a.t <= t <= b.t, a.t < b.t.
 inline void hermite_motion(const StepEnd& a, const StepEnd& b, double t, int body, BodyMotion& out) {
-    const double h = b.t - a.t, s = (t - a.t) / h, r = 1 - s, s2 = s * s, s3 = s2 * s;
-    const double value = s3 * (10 - 15 * s + 6 * s2);                                  // end value
-    const double slope0 = s * r * r * r * (1 + 3 * s), slope1 = -s3 * r * (4 - 3 * s); // rates at both ends
-    const double bend0 = 0.5 * s2 * r * r * r, bend1 = 0.5 * s3 * r * r;               // second derivatives
-    const double c = s2 * (3 - 2 * s), c0 = s * r * r, c1 = -s2 * r;                   // cubic
+    const double h = b.t - a.t;
+    const auto [value, slope0, slope1, bend0, bend1, c, c0, c1] = HermiteWeights((t - a.t) / h);
     const Vec3 r0 = a.q.segment<3>(7 * body), r1 = b.q.segment<3>(7 * body);
     const Vec4 p0 = a.q.segment<4>(7 * body + 3), p1 = b.q.segment<4>(7 * body + 3);
     const Vec6 u0 = a.u.segment<6>(6 * body), u1 = b.u.segment<6>(6 * body);
