@@ -3,6 +3,7 @@
 #include "core/assembly.hpp"
 #include "solvers/consistent.hpp"
 #include "solvers/index1_equations.hpp"
+#include "solvers/step_coordinates.hpp"
 
 #include <optional>
 
@@ -46,10 +47,7 @@ class CartesianMotion final : public MotionEquations {
 
     bool can_drift() const override { return system_.row_count() > 0; }
     bool close(double t, VecX& x, VecX& w, Workspace& ws) override;
-    void normalise(VecX& x) const override {
-        for (int i = 0; i < system_.moving; ++i)
-            x.segment<4>(7 * i + 3).normalize();
-    }
+    void normalise(VecX& x) const override { normalise_orientations(system_, x); }
 
     std::string name_of(int column) const override { return equations_.name_of(column); }
     void report(Statistics& statistics) const override {
@@ -65,7 +63,6 @@ class CartesianMotion final : public MotionEquations {
     std::optional<ConsistentSolver> consistent_; // made where close() is asked for
 };
 
-// q' = T(q) u
 FactorStatus CartesianMotion::rates(double t, const VecX& x, const VecX& w, const VecX& z, const VecX* extra,
                                     Workspace& ws, MotionRates& out) {
     ws.z = z;
@@ -73,11 +70,7 @@ FactorStatus CartesianMotion::rates(double t, const VecX& x, const VecX& w, cons
     const FactorStatus status = equations_.solve(t, ws, extra, out.speeds, out.lambda);
     if (!status.ok())
         return status;
-    for (int i = 0; i < system_.moving; ++i) {
-        out.coordinates.segment<3>(7 * i) = w.segment<3>(6 * i);
-        out.coordinates.segment<4>(7 * i + 3) =
-            0.5 * lt_times(x.segment<4>(7 * i + 3), w.segment<3>(6 * i + 3));
-    }
+    coordinate_rates(system_, x, w, out.coordinates);
     find_powers_and_states(t, z, driven_ ? out.lambda.data() : nullptr, ws, out);
     return status;
 }

@@ -40,10 +40,7 @@ class CartesianCoordinates final : public StepCoordinates {
         state.q = x;
         state.u = w;
     }
-    void normalise(VecX& x) const override {
-        for (int i = 0; i < system_.moving; ++i)
-            x.segment<4>(7 * i + 3).normalize();
-    }
+    void normalise(VecX& x) const override { normalise_orientations(system_, x); }
     void shift(const VecX& step, VecX& x) const override { gudgeon::move(system_, step, x); }
     void set_motion(const VecX& x, const VecX& w, Workspace& ws) override {
         gudgeon::set_motion(system_, x, w, ws);
@@ -282,6 +279,11 @@ void coordinate_rates(const System& system, const VecX& q, const VecX& u, VecX& 
         rates.segment<3>(7 * i) = u.segment<3>(6 * i);
         rates.segment<4>(7 * i + 3) = 0.5 * lt_times(q.segment<4>(7 * i + 3), u.segment<3>(6 * i + 3));
     }
+}
+
+void normalise_orientations(const System& system, VecX& q) {
+    for (int i = 0; i < system.moving; ++i)
+        q.segment<4>(7 * i + 3).normalize();
 }
 
 std::unique_ptr<StepCoordinates> make_step_coordinates(const System& system, Formulation formulation,

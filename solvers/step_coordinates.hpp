@@ -103,6 +103,8 @@ class StepCoordinates {
 
 /// q' = T(q) u, all 7 numbers of each body.
 void coordinate_rates(const System& system, const VecX& q, const VecX& u, VecX& rates);
+/// Euler parameters of all bodies to unit length.
+void normalise_orientations(const System& system, VecX& q);
 
 /// formulation: tree, or any other word for Cartesian coordinates. The system must outlive them.
 std::unique_ptr<StepCoordinates> make_step_coordinates(const System& system, Formulation formulation,
